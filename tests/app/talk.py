@@ -40,19 +40,27 @@ class Received:
         return self.header["data"]
 
 
-def unpack(content):
-    """Take a message apart: length, header, arrays that start at multiples of eight bytes."""
-    (length,) = struct.unpack_from("<I", content)
-    header = json.loads(content[4 : 4 + length])
-    at, arrays = -(-(4 + length) // 8) * 8, {}
-    for item in header["arrays"]:
-        dtype = np.dtype("<" + item["dtype"])
-        count = int(np.prod(item["shape"]))
-        array = np.frombuffer(content, dtype, count, at)
-        arrays[item["name"]] = array.reshape(item["shape"])
-        at += -(-array.nbytes // 8) * 8
+def unpacked(content):
+    """Take messages apart: length, header, arrays that start at multiples of eight bytes."""
+    at = 0
+    while at < len(content):
+        (length,) = struct.unpack_from("<I", content, at)
+        header = json.loads(content[at + 4 : at + 4 + length])
+        at, arrays = -(-(at + 4 + length) // 8) * 8, {}
+        for item in header["arrays"]:
+            dtype = np.dtype("<" + item["dtype"])
+            count = int(np.prod(item["shape"]))
+            array = np.frombuffer(content, dtype, count, at)
+            arrays[item["name"]] = array.reshape(item["shape"])
+            at += -(-array.nbytes // 8) * 8
+        yield Received(header, arrays)
     assert at == len(content)
-    return Received(header, arrays)
+
+
+def unpack(content):
+    """Take one message apart."""
+    (received,) = unpacked(content)
+    return received
 
 
 class Page:

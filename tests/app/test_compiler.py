@@ -39,7 +39,11 @@ def test_kinds_of_model_do():
 
 def test_a_process_compiles_once(tmp_path, monkeypatch):
     monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)  # of the marks alone
-    Compiler().prepare([asked("motion", d=0.1), asked("law")])
+    told = []
+    Compiler().prepare(
+        [asked("motion", d=0.1), asked("law")], lambda done, of: told.append((done, of))
+    )
+    assert told == [(0, 1), (1, 1)]
     (mark,) = (tmp_path / "explorer").iterdir()
     monkeypatch.setattr(compiler.sys, "executable", "/nonexistent")
     Compiler().prepare([asked("motion", d=0.2)])

@@ -11,7 +11,7 @@ import logging
 import subprocess
 import sys
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import Any, Final
 
@@ -43,8 +43,13 @@ class Compiler:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
 
-    def prepare(self, asked: Iterable[requests.Request]) -> None:
+    def prepare(
+        self,
+        asked: Iterable[requests.Request],
+        report: Callable[[int, int], None] = lambda done, of: None,
+    ) -> None:
         """Compile the kernels that these requests need, unless that was done before."""
+        # `report` is told how many of how many of them are ready.
         keyed = {_key(small): small for request in asked if (small := typical(request))}
         if keyed.keys() <= self._done or (root := cache_root()) is None:
             return
@@ -52,20 +57,27 @@ class Compiler:
             marks = root / "explorer"
             marks.mkdir(exist_ok=True)
             todo = [keyed[key] for key in keyed if not (marks / key).exists()]
-            if not todo or self._run(todo):
+            if not todo or self._run(todo, report):
                 for key in keyed:
                     (marks / key).touch()
             self._done |= keyed.keys()  # what failed is not tried again, but compiled when needed
 
-    def _run(self, todo: list[requests.Request]) -> bool:
+    def _run(self, todo: list[requests.Request], report: Callable[[int, int], None]) -> bool:
         command = [sys.executable, "-m", "stickslip.app.compiler"]
         content = msgspec.json.encode([(NAMES[type(request)], request) for request in todo])
-        self._process = subprocess.Popen(command, stdin=-1, stdout=subprocess.DEVNULL)
-        try:
-            self._process.communicate(content, timeout=LONGEST)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-        code = self._process.wait()
+        self._process = subprocess.Popen(command, stdin=-1, stdout=-1)
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        timer = threading.Timer(LONGEST, self._process.kill)
+        timer.start()
+        report(0, len(todo))
+        with self._process:
+            with suppress(BrokenPipeError), self._process.stdin as pipe:
+                pipe.write(content)
+            for done, _ in enumerate(self._process.stdout, 1):
+                report(done, len(todo))
+        timer.cancel()
+        code = self._process.returncode
         if code:
             LOG.warning(
                 "kernels are compiled in the server: the process for it ended with %d", code
@@ -144,6 +156,7 @@ def main() -> None:
         with suppress(ValueError):  # such as a motion without a cycle
             for _ in VIEWS[type(request)](request):
                 pass
+        print(flush=True)  # one line for each that is ready
 
 
 if __name__ == "__main__":

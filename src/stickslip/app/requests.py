@@ -302,7 +302,7 @@ class Part:
     """A part of an answer."""
 
     name: str  # of the part, such as "samples"
-    # floats, integers and booleans travel as f8, i4 and u1
+    # floats, integers and booleans travel as f8, i4 and u1; single precision as f4
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     data: Mapping[str, Any] = field(default_factory=dict)
     progress: float = 1.0  # share of the whole answer that has been sent with this part
@@ -324,8 +324,7 @@ def message(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None
 
 def _packable(array: NDArray[Any]) -> tuple[str, NDArray[Any]]:
     kind = {"f": "f8", "i": "i4", "u": "i4", "b": "u1"}[array.dtype.kind]
-    if array.dtype == np.uint8:
-        kind = "u1"
+    kind = {"uint8": "u1", "float32": "f4"}.get(array.dtype.name, kind)
     return kind, np.ascontiguousarray(array, dtype=DTYPES[kind])
 
 

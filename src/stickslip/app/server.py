@@ -126,6 +126,7 @@ class Warmth:
         self._compiler = compiler
         self._lock = threading.Lock()
         self._cold_pages: list[Session] = []
+        self._steps = {"done": 0, "of": 1}
         self.is_warm = False
 
     def greet(self, session: Session) -> None:
@@ -142,7 +143,12 @@ class Warmth:
                 self._cold_pages.remove(session)
 
     def _hello(self) -> dict[str, Any]:
-        data = {"part_name": "hello", "warm": self.is_warm, "version": stickslip.__version__}
+        data = {
+            "part_name": "hello",
+            "warm": self.is_warm,
+            "steps": self._steps,
+            "version": stickslip.__version__,
+        }
         return {"id": 0, "view": "hello", "part": 0, "last": True, "data": data}
 
     def start(self) -> None:
@@ -150,20 +156,26 @@ class Warmth:
         self._gate.shut()
         threading.Thread(target=self._warm_up, daemon=True).start()
 
+    def _tell(self, done: int, of: int) -> None:
+        """Tell the pages that wait how far it is."""
+        with self._lock:
+            self._steps = {"done": done, "of": of}
+            for session in self._cold_pages:
+                session.send(self._hello())
+
     def _warm_up(self) -> None:
         started = time.perf_counter()
+        first = list(_first_asked())
         try:
-            self._compiler.prepare(_first_asked())
-            for request in _first_asked():
+            self._compiler.prepare(first, self._tell)
+            for request in first:
                 for _ in VIEWS[type(request)](request):
                     pass
             LOG.info("kernels are ready after %.1f s", time.perf_counter() - started)
         finally:
-            with self._lock:
-                self.is_warm = True
-                for session in self._cold_pages:
-                    session.send(self._hello())
-                self._cold_pages.clear()
+            self.is_warm = True
+            self._tell(1, 1)
+            self._cold_pages.clear()
             self._gate.open()
 
 

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -26,6 +27,7 @@ EXPLORE_EXAMPLES = """\
 stickslip explore
 stickslip explore --preset law9 --port 0
 stickslip explore --host 0.0.0.0 --no-browser
+stickslip explore --export page
 """
 
 HIGHEST_PORT = 65535
@@ -38,6 +40,7 @@ def explore(
     port: Whole = 8421,
     no_browser: Annotated[Flag, Parameter(name="--no-browser")] = False,
     preset: str | None = None,
+    export: Path | None = None,
 ) -> None:
     """Open the explorer: map, motions and bifurcations of a model, linked, in the browser.
 
@@ -54,6 +57,9 @@ def explore(
         Do not open a browser.
     preset
         View to begin with, such as coulomb, law9, oscillator or chain.
+    export
+        Serve nothing: write the page into this folder, with its presets and its tour to be looked
+        at, for any web server.
     """
     if not 0 <= port <= HIGHEST_PORT:
         raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
@@ -63,6 +69,12 @@ def explore(
     from stickslip.extras import require_extra
 
     require_extra("app", "explorers", *EXTRA)
+    if export is not None:
+        from stickslip.app.shipped import export as write
+
+        write(export)
+        print(export / "index.html", flush=True)
+        return
     from stickslip.app.page import preset_names
     from stickslip.app.server import listening_socket, serve, url_of
 

@@ -122,7 +122,7 @@ class Explorer:
             arg=list(slots),
             timeout=SETTLE_MS,
         )
-        wrong = "slots => slots.map((slot) => explorer.answers.get(slot)?.error).filter(Boolean)"
+        wrong = "slots => slots.filter((slot) => explorer.standing(slot).kind === 'failed')"
         assert not self.page.evaluate(wrong, list(slots))
         self.page.evaluate("() => new Promise((r) => requestAnimationFrame(() => setTimeout(r)))")
         return self

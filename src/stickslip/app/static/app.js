@@ -2,11 +2,13 @@
  * The page at work: state to questions, answers to views.
  *
  * @import {Box, Limits, Part, Preset, Question, State} from "./types.js"
+ * @import {Shipped} from "./shipped.js"
  * @import {View} from "./views/view.js"
  * @import {Panel} from "./panel.js"
  */
+import { Answers } from "./answers.js";
 import { Clock } from "./clock.js";
-import { Connection } from "./connection.js";
+import { Connection, NoConnection } from "./connection.js";
 import { keep } from "./keep.js";
 import {
   blockCount,
@@ -19,32 +21,27 @@ import {
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, Store } from "./state.js";
 
-const EMPTY = new Set(["progress", "end"]); // parts that only tell how far an answer is
 const KEPT = 40; // answers that took long, for undo
 const SOON_MS = 150; // a head start for the map
 const REST_MS = 80; // controls at rest: time for what takes longer
 
-/**
- * @typedef {object} Answer  what is known of the newest answer of a slot
- * @property {Question} question
- * @property {Part[]} parts
- * @property {Part[]} before  the parts of the answer that it replaces
- * @property {{message: string, field?: string | null}} [error]
- * @property {boolean} [cancelled]
- * @property {boolean} done
- */
+/** @import {Answer, Standing} from "./answers.js" */
 
 export class App {
   /**
    * @param {Limits} limits
    * @param {State} state
-   * @param {(open: boolean, warm: boolean) => void} onconnection
+   * @param {Shipped} shipped
+   * @param {(open: boolean, steps?: {done: number, of: number}) => void} onconnection
    */
-  constructor(limits, state, onconnection) {
+  constructor(limits, state, shipped, onconnection) {
     this.limits = limits;
+    this.shipped = shipped;
+    /** Whether there is no server: the page shows what was shipped with it. */
+    this.alone = document.documentElement.hasAttribute("data-alone");
     this.store = new Store(state);
     /** @type {View[]} */ this.views = [];
-    /** @type {Map<string, Answer>} */ this.answers = new Map();
+    this.known = new Answers();
     /** Of each slot what was asked last, unless it was stopped. @type {Map<string, string>} */
     this.asked = new Map();
     /** @type {Map<string, Answer>} */ this.kept = new Map();
@@ -58,12 +55,23 @@ export class App {
     const url = new URL("ws", location.href);
     url.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     url.hash = "";
-    this.connection = new Connection(url.href, onconnection);
+    /** @type {any} */
+    this.connection = this.alone
+      ? new NoConnection()
+      : new Connection(url.href, (open, steps) => {
+          onconnection(open, steps);
+          this.judge();
+        });
     this.store.subscribe(() => this.changed());
   }
 
   get state() {
     return this.store.state;
+  }
+
+  /** What is shown. @type {Map<string, Answer>} */
+  get answers() {
+    return this.known.shown;
   }
 
   /** @param {State} state */
@@ -86,6 +94,7 @@ export class App {
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
+    if (this.#onlyLooks()) return;
     const domain = hasLineMap(this.state.model) ? this.domain() : undefined;
     const inside = domain ? Math.min(domain[1], Math.max(domain[0], d)) : d;
     this.store.update({ d: clean(inside) }, "d");
@@ -97,6 +106,7 @@ export class App {
    * @param {number} [d]
    */
   goTo(value, d) {
+    if (this.#onlyLooks()) return;
     const { parameter } = this.state.diagram;
     const model = withValue(this.limits, this.state.model, parameter, clean(value));
     this.store.update(d === undefined ? { model } : { model, d: clean(d) }, `value:${parameter}`);
@@ -119,6 +129,7 @@ export class App {
 
   /** @param {string} panel @param {Box | null} box */
   zoom(panel, box) {
+    if (this.#onlyLooks()) return;
     const { diagram, windows } = this.state;
     if (panel !== "diagram") {
       const bounded = panel === "map" || panel === "power" ? this.#bounded(box) : box;
@@ -140,6 +151,13 @@ export class App {
     }
   }
 
+  /** Where nothing is computed, presets and the tour are all there is. */
+  #onlyLooks() {
+    if (this.alone)
+      this.announce("This page does not compute. stickslip explore does, on your machine.");
+    return this.alone;
+  }
+
   /** The map's window ends where its domain does. @param {Box | null} box */
   #bounded(box) {
     const domain = this.domain();
@@ -151,7 +169,7 @@ export class App {
 
   /** Of the event map, once it is known. @returns {[number, number] | undefined} */
   domain() {
-    return this.answers.get("map")?.parts[0]?.data.domain;
+    return this.answers.get("map")?.parts.find(({ data }) => data.domain)?.data.domain;
   }
 
   // --- questions -------------------------------------------------------------------------------
@@ -166,9 +184,10 @@ export class App {
           ? this.state.diagram.range !== this.state.diagram.full
           : Boolean(this.state.windows[view.id]);
       if (view.panel.reset) view.panel.reset.hidden = !zoomed;
-      view.update();
+      view.show();
     }
     this.askAll();
+    this.judge();
   }
 
   /** Ask what is new: the map first, what is quick after it, the rest when the controls rest. */
@@ -198,21 +217,27 @@ export class App {
     if (this.asked.get(slot) === text) return;
     this.asked.set(slot, text);
     const kept = this.kept.get(text);
-    if (kept) return this.#recall(slot, kept);
-    this.#own(slot)?.panel.busy(0);
-    this.connection.ask(slot, question, (part) => this.receive(slot, question, part));
-    if (!this.answers.has(slot)) this.#tell(slot);
+    if (kept) {
+      this.connection.forget(slot);
+      return this.#offer(slot, text, kept);
+    }
+    const base = { question, before: [], done: true, shipped: true, progress: 1 };
+    this.shipped
+      .find(question)
+      ?.then((parts) => parts.length && this.#offer(slot, text, { ...base, parts }))
+      .catch(() => {}); // the live answer comes all the same
+    this.connection.ask(slot, question, (/** @type {Part} */ part) =>
+      this.receive(slot, question, part),
+    );
   }
 
   /**
-   * Show an answer that took long and was given before.
-   * @param {string} slot
-   * @param {Answer} answer
+   * Show a whole answer that was given before, or shipped, if it is still asked for.
+   * @param {string} slot @param {string} text @param {Answer} answer
    */
-  #recall(slot, answer) {
-    this.connection.forget(slot);
-    this.answers.set(slot, answer);
-    this.#own(slot)?.panel.busy(null);
+  #offer(slot, text, answer) {
+    if (this.asked.get(slot) !== text || !this.known.offer(slot, answer)) return;
+    if (slot === "motion") this.#move();
     this.#tell(slot);
   }
 
@@ -224,24 +249,8 @@ export class App {
 
   /** @param {string} slot @param {Question} question @param {Part} part */
   receive(slot, question, part) {
-    const known = this.answers.get(slot);
-    const answer =
-      known?.question === question
-        ? known
-        : {
-            question,
-            parts: [],
-            before: known?.done ? known.parts : (known?.before ?? []),
-            done: false,
-          };
-    this.answers.set(slot, answer);
-    answer.error = part.error;
-    answer.cancelled = part.cancelled;
-    answer.done = Boolean(part.last && !part.error && !part.cancelled);
-    if (part.error) answer.parts = [];
-    else if (!part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
-    this.#progress(slot, question, part);
-    if (slot === "motion" && answer.parts[0] === part) this.#move(answer);
+    const answer = this.known.receive(slot, question, part, this.question(slot));
+    if (slot === "motion") this.#move();
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     this.#tell(slot);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
@@ -250,6 +259,7 @@ export class App {
   /** @param {string} slot */
   #tell(slot) {
     for (const view of this.views) if (view.slots.includes(slot)) view.refresh();
+    this.judge();
   }
 
   /** @param {string} text @param {Answer} answer */
@@ -260,36 +270,30 @@ export class App {
       this.kept.delete(/** @type {string} */ (this.kept.keys().next().value));
   }
 
-  /** @param {string} slot @param {Question} question @param {Part} part */
-  #progress(slot, question, part) {
-    const ended = part.last || part.error || part.cancelled;
-    const panel = this.#own(slot)?.panel;
-    panel?.busy(ended && !this.connection.running.has(slot) ? null : (part.progress ?? 0));
-    if (part.error) {
-      panel?.say(part.error.message, true);
-      const current = JSON.stringify(question) === JSON.stringify(this.question(slot));
-      if (current) this.showError(part.error.field ?? null, part.error.message);
-      return;
-    }
-    if (panel?.note.classList.contains("error")) panel.say("");
-    if (slot === "map") this.showError(null, "");
+  /** @param {string} slot @returns {Standing} */
+  standing(slot) {
+    const { running, open } = this.connection;
+    const link = { running: running.has(slot), open, alone: this.alone };
+    return this.known.standing(slot, this.question(slot), link);
   }
 
-  /**
-   * A motion from elsewhere starts anew; after a change of the model it goes on.
-   * @param {Answer} answer
-   */
-  #move(answer) {
+  /** Show every view's state, and what is wrong with the values in one place. */
+  judge() {
+    const standings = new Map(slotsFor(this.state).map((slot) => [slot, this.standing(slot)]));
+    for (const { panel, slots } of this.views) panel.stand(standings.get(slots[0]));
+    const wrong = [...standings.values()].find(({ error }) => error?.field)?.error;
+    this.showError(wrong?.field ?? null, wrong?.message ?? "");
+  }
+
+  /** A motion from elsewhere starts anew; after a change of the model it goes on. */
+  #move() {
+    const answer = this.answers.get("motion");
+    if (!answer || answer === this.clock.motion) return;
     const same = JSON.stringify(this.start) === JSON.stringify(answer.question.request.start);
     const { t } = this.clock;
     this.start = answer.question.request.start;
     this.clock.take(answer);
     if (same) this.clock.seek(t);
-  }
-
-  /** @param {string} slot */
-  #own(slot) {
-    return this.views.find((view) => view.slots[0] === slot);
   }
 
   /** Resolves when nothing of a slot is under way. @param {string} slot @returns {Promise<void>} */

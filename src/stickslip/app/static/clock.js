@@ -1,7 +1,7 @@
 /**
  * The time of the shown motion, and what the motion does then.
  *
- * @import {Answer} from "./app.js"
+ * @import {Answer} from "./answers.js"
  */
 import { nearest } from "./numbers.js";
 

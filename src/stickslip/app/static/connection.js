@@ -22,7 +22,7 @@ const KINDS = { f8: Float64Array, f4: Float32Array, u1: Uint8Array, i4: Int32Arr
 export class Connection {
   /**
    * @param {string} url
-   * @param {(open: boolean, warm: boolean) => void} onchange  connected or not; kernels compiled or not
+   * @param {(open: boolean, steps?: {done: number, of: number}) => void} onchange  connected or not; how far kernels are compiled
    */
   constructor(url, onchange) {
     this.url = url;
@@ -31,6 +31,7 @@ export class Connection {
     /** @type {Map<string, Asked>} */ this.waiting = new Map();
     this.nextId = 1;
     this.failures = 0;
+    this.open = false;
     this.#open();
   }
 
@@ -71,12 +72,13 @@ export class Connection {
     this.socket = new WebSocket(this.url);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
-      this.onchange(true, true);
+      this.open = true;
       for (const asked of [...this.running.values()]) this.#send(asked);
     };
-    this.socket.onmessage = (event) => this.#receive(decode(event.data));
+    this.socket.onmessage = (event) => this.#receive(decoded(event.data)[0]);
     this.socket.onclose = () => {
-      this.onchange(false, true);
+      this.open = false;
+      this.onchange(false);
       const pause = RETRY_MS[Math.min(this.failures++, RETRY_MS.length - 1)];
       setTimeout(() => this.#open(), pause);
     };
@@ -99,7 +101,7 @@ export class Connection {
   #receive(part) {
     if (part.view === "hello") {
       this.failures = 0; // not before: a full server opens the socket to say so
-      return this.onchange(true, part.data.warm);
+      return this.onchange(true, part.data.warm ? undefined : part.data.steps);
     }
     const running = [...this.running.values()].find(({ id }) => id === part.id);
     if (!running) return;
@@ -116,22 +118,35 @@ export class Connection {
 }
 
 /**
- * Length, header, arrays: each array starts at a multiple of eight bytes.
+ * Messages, one after the other; of each length, header, arrays, which start at multiples of eight bytes.
  * @param {ArrayBuffer} buffer
- * @returns {Part}
+ * @returns {Part[]}
  */
-export function decode(buffer) {
-  const length = new DataView(buffer).getUint32(0, true);
-  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  /** @type {Record<string, Numbers>} */
-  const arrays = {};
-  let at = aligned(4 + length);
-  for (const { name, dtype, shape } of header.arrays ?? []) {
-    const count = shape.reduce((/** @type {number} */ a, /** @type {number} */ b) => a * b, 1);
-    arrays[name] = new KINDS[dtype](buffer, at, count);
-    at = aligned(at + arrays[name].byteLength);
+export function decoded(buffer) {
+  const parts = [];
+  for (let at = 0; at < buffer.byteLength; ) {
+    const length = new DataView(buffer).getUint32(at, true);
+    const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, at + 4, length)));
+    /** @type {Record<string, Numbers>} */
+    const arrays = {};
+    at = aligned(at + 4 + length);
+    for (const { name, dtype, shape } of header.arrays ?? []) {
+      const count = shape.reduce((/** @type {number} */ a, /** @type {number} */ b) => a * b, 1);
+      arrays[name] = new KINDS[dtype](buffer, at, count);
+      at = aligned(at + arrays[name].byteLength);
+    }
+    parts.push({ ...header, data: header.data ?? {}, arrays });
   }
-  return { ...header, data: header.data ?? {}, arrays };
+  return parts;
 }
 
 const aligned = (/** @type {number} */ at) => Math.ceil(at / 8) * 8;
+
+/** In the place of a connection, where there is no server. */
+export class NoConnection {
+  running = new Map();
+  open = false;
+  ask() {}
+  cancel() {}
+  forget() {}
+}

@@ -34,26 +34,35 @@ export class Controls {
     /** @type {((state: State) => void)[]} */ this.changing = [];
     this.shape = "";
     this.error = element("p", { class: "error", role: "alert", hidden: true });
+    this.typed = { field: /** @type {string | null} */ (null), message: "" }; // wrong before it is asked
+    this.told = this.typed; // by the server
     this.modelRows = element("div", {});
     this.lawRows = element("div", {});
     this.lawHost = element("div", { class: "law-host" });
     host.append(
-      this.error,
       this.#preset(),
       this.#model(),
       this.#law(),
       this.#map(),
       this.#along(),
       this.#motion(),
+      this.error,
     );
+    if (app.alone)
+      for (const group of host.querySelectorAll("fieldset.changes"))
+        group.setAttribute("disabled", "");
     app.store.subscribe((state) => this.sync(state));
-    app.showError = (field, message) => this.mark(field, message);
+    app.showError = (field, message) => {
+      this.told = { field, message };
+      this.#mark();
+    };
     app.showTime = (t) => (this.time.textContent = t.toFixed(1));
     this.sync(app.state);
   }
 
   /** @param {State} state */
   sync(state) {
+    this.mark(null, "");
     const { model } = state;
     const laws = lawsOf(model).map(({ law }) => law);
     const shape = [model.kind, laws, hasLaws(model), Boolean(model.forcing)].join(" ");
@@ -88,7 +97,9 @@ export class Controls {
     const get = (/** @type {State} */ state) => valueOf(this.app.limits, state.model, one.name);
     const set = (/** @type {any} */ value) => this.app.setParameter(one.name, value);
     if (one.values) return this.#choice(one, get, set);
-    return one.per_block ? this.#list(one, get, set, this.changing) : this.#number(one, get, set, this.changing);
+    return one.per_block
+      ? this.#list(one, get, set, this.changing)
+      : this.#number(one, get, set, this.changing);
   }
 
   /**
@@ -115,7 +126,6 @@ export class Controls {
             one.name,
             `${label} must be a ${one.whole ? `whole number from ${one.min} to ${one.max}` : "number"}.`,
           );
-        this.mark(null, "");
         set(value);
       },
     });
@@ -124,7 +134,15 @@ export class Controls {
       slider.show(value);
       if (typed.valueAsNumber !== value || typed.value === "") typed.value = String(value);
     });
-    return element("div", { class: "row", title: one.meaning }, symbolOf(one), slider.input, typed);
+    const word = element("span", { class: "word", "aria-hidden": "true" }, one.meaning);
+    return element(
+      "div",
+      { class: "row worded", title: one.meaning },
+      symbolOf(one),
+      word,
+      slider.input,
+      typed,
+    );
   }
 
   /**
@@ -174,7 +192,6 @@ export class Controls {
             `${one.meaning}: write ${least} to ${most} numbers with commas between them.`,
           );
         }
-        this.mark(null, "");
         set(values);
       },
     });
@@ -226,7 +243,13 @@ export class Controls {
 
   /** @param {string} name @param {(Node | string)[]} children */
   #group(name, ...children) {
-    return element("fieldset", {}, element("legend", {}, name), ...children);
+    const looks = ["Preset", "Motion"].includes(name);
+    return element(
+      "fieldset",
+      { class: looks ? "looks" : "changes" },
+      element("legend", {}, name),
+      ...children,
+    );
   }
 
   // --- groups ----------------------------------------------------------------------------------
@@ -275,12 +298,7 @@ export class Controls {
   #law() {
     return this.#group(
       "Friction",
-      this.#switch(
-        "a law for each block",
-        hasLaws,
-        withLaws,
-        (model) => blockCount(model) > 1,
-      ),
+      this.#switch("a law for each block", hasLaws, withLaws, (model) => blockCount(model) > 1),
       this.lawRows,
       this.lawHost,
     );
@@ -311,7 +329,7 @@ export class Controls {
       const known = app.limits.requests.event_map[name];
       const looks =
         name === "power"
-          ? { symbol: "p", meaning: "power of the map" }
+          ? { symbol: "p", meaning: "power of the map shown" }
           : { symbol: "n", meaning: "orbits listed up to period" };
       const one = { name, ...looks, ...known, step: 1, whole: true };
       return this.#number(
@@ -381,7 +399,6 @@ export class Controls {
     range[end] = value;
     if (!Number.isFinite(value) || range[0] >= range[1])
       return this.mark(null, "The range must go from a smaller to a larger number.");
-    this.mark(null, "");
     this.app.store.update({ diagram: { ...diagram, range, full: range, view: null } }, "range");
   }
 
@@ -404,7 +421,7 @@ export class Controls {
       ...numeric,
       name: "d",
       symbol: "d",
-      meaning: "start of the motion: X₂ − X₁ of a global stick",
+      meaning: "start: X₂ − X₁ while both stick",
     };
     const stick = this.#number(
       start,
@@ -464,11 +481,18 @@ export class Controls {
   }
 
   /**
-   * Say what is wrong, and with which field.
+   * Say what is wrong with what was typed, until something changes.
    * @param {string | null} field
    * @param {string} message
    */
   mark(field, message) {
+    this.typed = { field, message };
+    this.#mark();
+  }
+
+  #mark() {
+    const { field, message } = this.typed.message ? this.typed : this.told;
+    if (this.error.textContent === message) return;
     this.error.hidden = !message;
     this.error.textContent = message;
     const last = field?.split(".").at(-1);

@@ -155,11 +155,11 @@ function showBox(plot, from, x, y) {
   });
 }
 
-/** @param {Plot} plot @param {number} x @param {number} y @param {string | null} text */
+/** @param {Plot} plot @param {number} x @param {number} y @param {import("./plot.js").Tip} text */
 function showTip(plot, x, y, text) {
   plot.tip.hidden = !text;
   if (!text) return;
-  plot.tip.textContent = text;
+  plot.tip.replaceChildren(...[text].flat());
   const { offsetWidth: width, offsetHeight: height } = plot.tip;
   const left = x + 14 + width < plot.host.clientWidth ? x + 14 : Math.max(2, x - 14 - width);
   const top = clamp(y - height - 8, 2, Math.max(2, plot.host.clientHeight - height - 2));

@@ -10,10 +10,10 @@ import { PATIENT } from "./questions.js";
 
 /**
  * @typedef {{keys: string[], shown: string, does: string, run?: (event: KeyboardEvent) => void}} Key
- * @param {{app: App, controls: Controls, player: Player, theme: () => void, help: () => void}} page
+ * @param {{app: App, controls: Controls, player: Player, theme: () => void, help: () => void, legend: () => void, table: () => void, tour: () => void}} page
  * @returns {Key[]}
  */
-export function keyTable({ app, controls, player, theme, help }) {
+export function keyTable({ app, controls, player, theme, help, legend, table, tour }) {
   const power = (/** @type {KeyboardEvent} */ { key }) =>
     app.store.update({ power: Number(key) }, "power");
   return [
@@ -32,6 +32,9 @@ export function keyTable({ app, controls, player, theme, help }) {
     { keys: ["ctrl+z", "z"], shown: "Z", does: "undo", run: () => app.store.undo() },
     { keys: ["ctrl+Z", "ctrl+y", "Z", "y"], shown: "Y", does: "redo", run: () => app.store.redo() },
     { keys: ["0"], shown: "0", does: "show everything: no zoom", run: () => showAll(app) },
+    { keys: ["g"], shown: "G", does: "the tour: five steps through the paper", run: tour },
+    { keys: ["l"], shown: "L", does: "what the marks mean", run: legend },
+    { keys: ["o"], shown: "O", does: "table of orbits, breaks and bifurcations", run: table },
     { keys: ["t"], shown: "T", does: "light or dark", run: theme },
     {
       keys: ["Escape"],

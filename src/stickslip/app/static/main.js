@@ -5,19 +5,23 @@
  */
 import { App } from "./app.js";
 import { Controls } from "./controls.js";
-import { element, iconButton } from "./dom.js";
+import { element, icon, iconButton } from "./dom.js";
 import { helpDialog, keyTable, listen } from "./keyboard.js";
 import { copy } from "./keep.js";
+import { showLegend } from "./legend.js";
 import { Player } from "./player.js";
+import { Shipped } from "./shipped.js";
 import { completeState, fromFragment, toFragment } from "./state.js";
 import { reducedMotion, switchTheme, watchTheme } from "./theme.js";
 import { hasLineMap } from "./model.js";
+import { Tour } from "./tour.js";
 import { BasinsView } from "./views/basins.js";
 import { CycleView } from "./views/cycle.js";
 import { DiagramView } from "./views/diagram.js";
 import { LawView } from "./views/law.js";
 import { MapView } from "./views/map.js";
 import { MechanismView } from "./views/mechanism.js";
+import { TableView } from "./views/table.js";
 import { PlaneView, PortraitView } from "./views/motion.js";
 
 const ADDRESS_MS = 200;
@@ -33,6 +37,12 @@ function stateOfAddress(/** @type {Limits} */ limits, /** @type {Preset[]} */ pr
   const preset = presets.find(({ name }) => name === wanted) ?? presets[0];
   return fromFragment(limits, fragment) ?? completeState(limits, preset?.state ?? {});
 }
+
+/** How far the kernels are. @param {{done: number, of: number}} [steps] */
+const preparing = (steps) =>
+  steps
+    ? `Preparing the kernels, the first time only: ${steps.done} of ${steps.of} steps. Examples are shown meanwhile.`
+    : "";
 
 /** @param {App} app @param {HTMLElement} main */
 function addViews(app, main) {
@@ -53,24 +63,41 @@ function addViews(app, main) {
   for (const view of [line[0], ...line.slice(2), plane])
     view.isFor = ({ model }) => hasLineMap(model);
   cycle.isFor = ({ model }) => !hasLineMap(model);
-  const inMain = [...line, ...portraits, plane, cycle];
+  const table = new TableView(app);
+  const inMain = [...line, ...portraits, plane, table, cycle];
   main.append(...inMain.map((view) => view.panel.section));
   app.views = [law, ...inMain];
-  return law;
+  return { law, table };
+}
+
+/** Show the table in the place of the small views, or these. @param {App} app @param {TableView} table @param {HTMLElement} main */
+function toggleTable(app, table, main) {
+  table.open = !table.open;
+  main.toggleAttribute("data-table", table.open);
+  app.changed();
+  if (!table.isFor(app.state)) return;
+  table.panel.section.scrollIntoView({ block: "nearest" });
+  table.panel.body.querySelector("button.name")?.focus();
 }
 
 async function start() {
-  const [limits, presets] = await Promise.all([read("limits.json"), read("presets.json")]);
+  const [limits, presets, entries] = await Promise.all(
+    ["limits.json", "presets.json", "static/shipped/index.json"].map(read),
+  );
   const status = /** @type {HTMLElement} */ (document.querySelector(".connection"));
   const toast = /** @type {HTMLElement} */ (document.querySelector(".toast"));
-  const app = new App(limits, stateOfAddress(limits, presets), (open, warm) => {
-    status.textContent = !open
-      ? "No connection to the server; trying again …"
-      : warm
-        ? ""
-        : "Compiling, the first time only …";
-    status.classList.toggle("error", !open);
-  });
+  const app = new App(
+    limits,
+    stateOfAddress(limits, presets),
+    new Shipped(entries),
+    (open, steps) => {
+      status.textContent = open ? preparing(steps) : "No connection to the server; trying again …";
+      status.classList.toggle("error", !open);
+    },
+  );
+  if (app.alone)
+    status.textContent =
+      'Computed before, to be looked at. To change values: pip install "stickslip[app]"';
   let toastTimer = 0;
   app.announce = (message) => {
     toast.textContent = message;
@@ -78,7 +105,7 @@ async function start() {
     toastTimer = setTimeout(() => (toast.textContent = ""), 4000);
   };
   const main = /** @type {HTMLElement} */ (document.querySelector("main"));
-  const law = addViews(app, main);
+  const { law, table } = addViews(app, main);
   const player = new Player(app);
   const side = /** @type {HTMLElement} */ (document.querySelector(".controls"));
   const controls = new Controls(app, presets, player, side);
@@ -86,11 +113,19 @@ async function start() {
 
   const redraw = () => app.views.forEach((view) => view.refresh());
   const theme = () => switchTheme(redraw);
-  const table = keyTable({ app, controls, player, theme, help: () => help.showModal() });
-  const help = helpDialog(table);
+  const tour = new Tour(app, presets, side);
+  const does = {
+    theme,
+    help: () => help.showModal(),
+    legend: showLegend,
+    table: () => toggleTable(app, table, main),
+    tour: () => tour.toggle(),
+  };
+  const keys = keyTable({ app, controls, player, ...does });
+  const help = helpDialog(keys);
   document.body.append(help);
-  listen(table, player);
-  addTools(app, { theme, help: () => help.showModal() });
+  listen(keys, player);
+  addTools(app, does);
   watchTheme(redraw);
   keepAddress(app, limits, presets);
   const arrange = () => (main.dataset.kind = app.state.model.kind);
@@ -102,7 +137,7 @@ async function start() {
   Object.assign(window, { explorer: app });
 }
 
-/** @param {App} app @param {{theme: () => void, help: () => void}} does */
+/** @param {App} app @param {Record<"theme" | "help" | "legend" | "table" | "tour", () => void>} does */
 function addTools(app, does) {
   const undo = iconButton("undo", "Undo", () => app.store.undo());
   const redo = iconButton("redo", "Redo", () => app.store.redo());
@@ -112,7 +147,21 @@ function addTools(app, does) {
   };
   app.store.subscribe(able);
   able();
+  /** @type {["tour" | "legend" | "table", string][]} */
+  const named = [
+    ["tour", "Tour"],
+    ["table", "Table"],
+    ["legend", "Legend"],
+  ];
   document.querySelector(".tools")?.append(
+    ...named.map(([name, text]) =>
+      element(
+        "button",
+        { type: "button", class: "tool", "aria-label": text, onclick: does[name] },
+        icon(name),
+        element("span", {}, text),
+      ),
+    ),
     undo,
     redo,
     iconButton("link", "Copy the address of what you see", () => {

@@ -61,6 +61,19 @@ export function mark(plot, shape, x, y, { color = colors().ink, size = 4 } = {})
   }
 }
 
+/** Bifurcations by their short names: mark, colour, words. @type {Record<string, [Shape, string, string]>} */
+export const BIFURCATIONS = {
+  BC: ["diamond", "purple", "border collision: an orbit meets a break of the map"],
+  PD: ["disc", "green", "flip (period doubling): multiplier -1"],
+  LP: ["right", "blue", "fold: a stable and an unstable orbit meet"],
+  TC: ["up", "ink", "transcritical: two orbits exchange stability"],
+  PF: ["up", "ink", "pitchfork: an orbit splits in three"],
+  CR: ["plus", "orange", "boundary crisis: chaos meets an unstable orbit and ends"],
+  IC: ["plus", "vermillion", "interior crisis: chaos grows at once"],
+  BM: ["ring", "sky", "band merging: bands of chaos become one"],
+  EG: ["cross", "ink", "enters a gap: motions stop coming back to a stick of both blocks"],
+};
+
 /** How an orbit is marked. @param {{stable: boolean, kind: string}} orbit @returns {Shape} */
 export const orbitShape = ({ stable, kind }) =>
   kind === "infinitely unstable" ? "cross" : stable ? "disc" : "square";

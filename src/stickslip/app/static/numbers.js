@@ -71,6 +71,13 @@ export function short(value, digits = 5) {
   return minus(String(plain));
 }
 
+/** A text in which X_2 is X₂. @param {string} text */
+export const spelled = (text) => text.replace(/_(\d)/g, (_, digit) => "₀₁₂₃₄₅₆₇₈₉"[Number(digit)]);
+
+/** Texts as a list in a sentence. @param {string[]} texts */
+export const listed = (texts) =>
+  [texts.slice(0, -1).join(", "), ...texts.slice(-1)].filter(Boolean).join(" and ");
+
 /**
  * Index of the nearest of sorted values.
  * @param {ArrayLike<number>} sorted

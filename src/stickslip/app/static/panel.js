@@ -1,5 +1,10 @@
-/** The frame of a view: title, what is under the pointer, progress, a menu to keep it. */
+/**
+ * The frame of a view: title, the state of its answer, a sentence on what it shows, a menu to keep it.
+ *
+ * @import {Standing} from "./answers.js"
+ */
 import { element, iconButton } from "./dom.js";
+import { spelled } from "./numbers.js";
 
 export class Panel {
   /**
@@ -9,7 +14,8 @@ export class Panel {
   constructor({ id, title, exports, help }, on) {
     this.id = id;
     this.title = element("h2", { id: `title-${id}`, title: help }, title);
-    this.note = element("span", { class: "note", role: "status" });
+    this.badge = element("span", { class: "badge" });
+    this.sentence = element("p", { class: "sentence", id: `sentence-${id}` });
     this.bar = element("progress", {
       max: 1,
       value: 0,
@@ -32,42 +38,59 @@ export class Panel {
       "header",
       {},
       this.title,
-      this.note,
+      this.badge,
       this.cancel,
       ...(this.reset ? [this.reset] : []),
       ...menu,
     );
     this.section = element(
       "section",
-      { class: `panel panel-${id}`, "data-panel": id, "aria-labelledby": `title-${id}` },
+      {
+        class: `panel panel-${id}`,
+        "data-panel": id,
+        "aria-labelledby": `title-${id}`,
+        "aria-describedby": `sentence-${id}`,
+      },
       header,
       this.bar,
+      this.sentence,
       this.body,
     );
     this.timer = 0;
   }
 
-  /** Show how far an answer is; quick ones show nothing. @param {number | null} progress */
-  busy(progress) {
+  /** Show the state of the answer; what lasts a moment shows nothing. @param {Standing} [standing] */
+  stand(standing) {
+    const { kind, reason, progress } = standing ?? { kind: "empty", reason: "", progress: null };
+    this.section.dataset.state = kind;
+    const label = LABELS[kind] ? [LABELS[kind], reason].filter(Boolean).join(": ") : "";
+    if (this.badge.title !== label) {
+      this.badge.title = label;
+      this.badge.textContent = kind === "example" ? LABELS[kind] : label;
+    }
+    const busy = progress !== null;
+    if (busy) this.bar.value = progress;
+    if (busy === this.section.hasAttribute("data-busy")) return;
+    this.section.toggleAttribute("data-busy", busy);
     clearTimeout(this.timer);
-    this.section.toggleAttribute("data-busy", progress !== null);
-    if (progress === null) {
-      this.bar.hidden = this.cancel.hidden = true;
-      return;
-    }
-    this.bar.value = progress;
-    if (this.bar.hidden) {
-      this.timer = setTimeout(() => (this.bar.hidden = this.cancel.hidden = false), 350);
-    }
+    if (!busy) this.bar.hidden = this.cancel.hidden = true;
+    else this.timer = setTimeout(() => (this.bar.hidden = this.cancel.hidden = false), 350);
   }
 
-  /** @param {string} text @param {boolean} [isError] */
-  say(text, isError = false) {
-    this.note.textContent = text;
-    this.note.title = text;
-    this.note.classList.toggle("error", isError);
+  /** Say in a sentence what is seen now. @param {string} text */
+  say(text) {
+    text = spelled(text);
+    if (this.sentence.textContent !== text) this.sentence.textContent = text;
   }
 }
+
+/** @type {Record<string, string>} */
+const LABELS = {
+  computing: "computing",
+  example: "shipped answer",
+  stale: "older values",
+  failed: "failed",
+};
 
 /** @type {Record<string, string>} */
 const FORMATS = {

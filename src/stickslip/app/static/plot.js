@@ -18,6 +18,8 @@ import { ticks } from "./numbers.js";
  * @property {boolean} [empty]  no axes at all, the whole area is for drawing
  * @property {number} [left]  width left of the frame, where panels must agree
  *
+ * @typedef {string | (string | Node)[] | null} Tip
+ *
  * @typedef {{color?: string, width?: number, dash?: number[], alpha?: number}} Stroke
  */
 
@@ -50,7 +52,7 @@ export class Plot {
     /** Beside the frame. */
     this.paintMargin = () => {};
     /** @type {(x: number, y: number) => void} */ this.onclick = () => {};
-    /** @type {(x: number, y: number) => (string | null)} */ this.onhover = () => null;
+    /** @type {(x: number, y: number) => Tip} */ this.onhover = () => null;
     /** @type {((view: Box) => void) | null} */ this.onzoom = null;
     /** @type {() => void} */ this.onreset = () => {};
     /** @type {(x: number, y: number) => (((x: number, y: number) => void) | null)} */ this.grab =

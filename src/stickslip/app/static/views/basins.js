@@ -5,7 +5,7 @@
  * @import {Part} from "../types.js"
  */
 import { Labels, mark } from "../marks.js";
-import { short } from "../numbers.js";
+import { listed, short } from "../numbers.js";
 import { colors, nth } from "../theme.js";
 import { View } from "./view.js";
 
@@ -42,11 +42,18 @@ export class BasinsView extends View {
     const whole = edges ? [edges[0], edges[edges.length - 1]] : [-1, 1];
     const [low, high] = this.app.state.windows.map ?? this.app.domain() ?? whole;
     this.plot.setView([low, high, 0, 1]);
+  }
+
+  /** @override */
+  sentence() {
     const shares = this.shares();
-    const text = this.attractors.map((one, k) =>
-      shares ? `${name(one)} ${short(100 * shares[k], 3)} %` : name(one),
-    );
-    this.panel.say(text.join(" · "));
+    if (!shares) return "";
+    const parts = this.attractors.map((one, k) => `${percent(shares[k])} end on ${name(one)}`);
+    const rest = 1 - shares.reduce((sum, share) => sum + share, 0);
+    if (!parts.length)
+      return "No attractor is known: from no start do the blocks go on sticking together.";
+    if (rest > 5e-4) parts.push(`${percent(rest)} on none known`);
+    return `Of all starts d ${listed(parts)}.`;
   }
 
   /** Of the whole domain. */
@@ -118,5 +125,8 @@ export class BasinsView extends View {
   }
 }
 
+const percent = (/** @type {number} */ share) => `${short(100 * share, 3)} %`;
+
 /** @param {any} attractor */
-const name = ({ kind, period }) => (kind === "periodic" ? `S${period}` : kind);
+const name = ({ kind, period }) =>
+  kind === "periodic" ? `S${period}` : kind === "chaotic" ? "chaos" : kind;

@@ -21,6 +21,14 @@ export class CycleView extends View {
     this.panel.body.append(this.table);
   }
 
+  /** @override */
+  sentence() {
+    const cycle = this.answer("cycle")?.parts[0]?.data;
+    return cycle
+      ? `The motion ends on a ${cycle.stable ? "stable" : "unstable"} cycle that repeats every ${short(cycle.period, 4)}.`
+      : "";
+  }
+
   update() {
     const answer = this.answer("cycle");
     const cycle = answer?.parts[0]?.data;

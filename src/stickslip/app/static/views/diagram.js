@@ -4,22 +4,14 @@
  * @import {App} from "../app.js"
  * @import {Box, Numbers, Part} from "../types.js"
  */
-import { Labels, mark } from "../marks.js";
+import { BIFURCATIONS, Labels, mark } from "../marks.js";
+import { bifurcationThings, told, under } from "../objects.js";
 import { short } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
 
-const NEAR = 9;
-
-/** @type {Record<string, [import("../marks.js").Shape, string]>} */
-const MARKS = {
-  LP: ["right", "blue"],
-  PD: ["disc", "green"],
-  BC: ["diamond", "purple"],
-  CR: ["plus", "orange"],
-  IC: ["plus", "orange"],
-  BM: ["ring", "sky"],
-};
+/** A symbol as text. @param {string} symbol */
+const plain = (symbol) => symbol.replace(/_\{?(\w+)\}?/, "$1").replace("Vdr", "V");
 
 export class DiagramView extends View {
   /** @param {App} app */
@@ -38,7 +30,7 @@ export class DiagramView extends View {
     plot.paint = () => this.paint();
     plot.paintOver = () => this.paintOver();
     plot.grab = (px) => (Math.abs(px - plot.x(app.parameter)) < 6 ? (x) => app.goTo(x) : null);
-    plot.onclick = (x, y) => app.goTo(x, y);
+    plot.onclick = (x, y) => (this.thing(x, y)?.go ?? (() => app.goTo(x, y)))(0);
     plot.onhover = (x, y) => this.read(x, y);
     this.zoomable(plot);
   }
@@ -57,15 +49,18 @@ export class DiagramView extends View {
     this.plot.options.xlabel = this.app.symbol(diagram.parameter);
     const vertical = diagram.view ?? diagram.window ?? this.extent();
     this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
-    const found = this.bifurcations;
-    const done = this.parts.some((part) => part.data.bifurcations);
-    this.panel.say(
-      done
-        ? found.length
-          ? found.map((one) => `${one.short} ${short(one.value, 7)}`).join(" · ")
-          : "no bifurcation in this range"
-        : "",
-    );
+  }
+
+  /** @override */
+  sentence() {
+    const { app, bifurcations } = this;
+    if (!this.parts.some((part) => part.data.bifurcations)) return "";
+    const name = plain(app.symbol(app.state.diagram.parameter));
+    const here = `At ${name} = ${short(app.parameter, 6)}, the line`;
+    if (!bifurcations.length) return `${here}: nothing changes in this range.`;
+    const ahead = bifurcations.filter(({ value }) => value > app.parameter);
+    const next = ahead[0] ?? bifurcations.at(-1);
+    return `${here}; ${ahead[0] ? `next on the right, at ${short(next.value, 8)}` : `behind, at ${short(next.value, 8)}`}: ${next.kind.replaceAll("_", " ")}${next.mechanism ? `, ${next.mechanism}` : ""}.`;
   }
 
   /** @returns {Part | undefined} */
@@ -159,7 +154,7 @@ export class DiagramView extends View {
     const { plot } = this;
     const labels = new Labels(plot);
     for (const item of this.bifurcations) {
-      const [shape, color] = MARKS[item.short] ?? ["up", "ink"];
+      const [shape, color] = BIFURCATIONS[item.short] ?? ["up", "ink"];
       for (const point of item.points) {
         mark(plot, shape, item.value, point, { color: colors()[color], size: 5 });
         labels.avoid(item.value, point, 6);
@@ -177,16 +172,19 @@ export class DiagramView extends View {
     mark(plot, "ring", app.parameter, app.state.d, { color: colors().slip, size: 4 });
   }
 
-  /** @param {number} x @param {number} y */
+  /** What is marked there. @param {number} x @param {number} y */
+  thing(x, y) {
+    const marks = bifurcationThings(this.app).map((thing) => ({
+      thing,
+      spots: thing.of.points.map((/** @type {number} */ point) => [thing.at, point]),
+    }));
+    return under(this.plot, x, y, marks);
+  }
+
+  /** @param {number} x @param {number} y @returns {import("../plot.js").Tip} */
   read(x, y) {
-    const { plot } = this;
-    for (const item of this.bifurcations) {
-      for (const point of item.points) {
-        if (Math.hypot(plot.x(item.value) - plot.x(x), plot.y(point) - plot.y(y)) > NEAR) continue;
-        const kind = item.kind.replaceAll("_", " ");
-        return `${item.short}: ${kind}${item.period ? `, period ${item.period}` : ""} at ${short(item.value, 10)}\n${item.mechanism ?? ""}`;
-      }
-    }
+    const thing = this.thing(x, y);
+    if (thing) return told(thing);
     return `${this.app.state.diagram.parameter} = ${short(x, 7)}, d = ${short(y, 5)}`;
   }
 

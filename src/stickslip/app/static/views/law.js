@@ -31,6 +31,15 @@ export class LawView extends View {
     this.plot.setView(/** @type {Box} */ ([-reach, reach, -1.15, 1.15]));
   }
 
+  /** @override */
+  sentence() {
+    const part = this.answer("law")?.parts[0];
+    if (!part) return "";
+    const { s, forward } = part.arrays;
+    const [w, force] = [s, forward].map((values) => short(values.at(-1), 3));
+    return `Up to 1 in stick, ${force} at w = ${w}.`;
+  }
+
   paint() {
     const part = this.answer("law")?.parts[0];
     const { plot } = this;

@@ -5,12 +5,12 @@
  * @import {Orbit, Part, State, Box} from "../types.js"
  */
 import { Labels, mark, orbitName, orbitShape } from "../marks.js";
-import { Plot } from "../plot.js";
+import { modeBar } from "../modes.js";
+import { breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
 import { colors, nth } from "../theme.js";
-import { nearest, short } from "../numbers.js";
+import { listed, nearest, short } from "../numbers.js";
 import { View } from "./view.js";
 
-const NEAR = 7; // pixels within which the pointer means a point
 const LEFT = 58;
 
 export class MapView extends View {
@@ -37,7 +37,7 @@ export class MapView extends View {
     plot.paint = () => this.paint();
     plot.paintOver = () => this.paintOver();
     plot.onhover = (x, y) => this.read(x, y);
-    plot.onclick = (x) => app.startAt(x);
+    plot.onclick = (x, y) => (this.thing(x, y)?.go ?? (() => app.startAt(x)))(0);
     this.zoomable(plot);
     plot.grab = (px) =>
       main && Math.abs(px - plot.x(app.state.d)) < 5 ? (x) => app.startAt(x) : null;
@@ -48,26 +48,13 @@ export class MapView extends View {
     return this.answer(this.slot)?.parts.findLast((part) => part.arrays.x);
   }
 
-  /**
-   * Of the present map; until they are known those of the one before (`old`). A search completes
-   * what follows from the map before.
-   * @returns {{orbits: Orbit[], old: boolean, searched: boolean}}
-   */
+  /** Those of the map; of its power those that are its fixed points. */
   get orbits() {
-    const answer = this.answer("map");
-    const now = answer?.parts.findLast((part) => part.data.orbits);
-    const before = answer?.before.findLast((part) => part.data.orbits);
+    const known = orbitsOf(this.app);
     const { power } = this.app.state;
-    /** @type {Orbit[]} */
-    const all = [...((now ?? before)?.data.orbits ?? [])];
-    // Those that follow from the last map lack what only a search finds.
-    const followed = now?.data.part_name === "followed";
-    if (followed) all.push(...(before?.data.orbits ?? []).filter(isThrough));
-    return {
-      orbits: this.main ? all : all.filter(({ period }) => power % period === 0),
-      old: !now,
-      searched: Boolean(now) && !followed,
-    };
+    return this.main
+      ? known
+      : { ...known, orbits: known.orbits.filter(({ period }) => power % period === 0) };
   }
 
   update() {
@@ -83,21 +70,30 @@ export class MapView extends View {
     const home = values ? [...values.data.domain, ...values.data.domain] : [-1, 1, -1, 1];
     this.plot.setView(/** @type {Box} */ (state.windows[this.slot] ?? home));
     this.labels = [...new Set(values?.data.labels ?? [])];
-    this.say();
   }
 
-  say() {
-    if (!this.main || !this.values) return;
-    const { orbits, searched } = this.orbits;
-    const proper = orbits.filter((orbit) => !isThrough(orbit));
+  sentence() {
+    const { values } = this;
+    if (!values) return "";
+    if (!values.arrays.branch.some((/** @type {number} */ branch) => branch >= 0))
+      return "No value: from no d shown do both blocks stick together again.";
+    const { power, d } = this.app.state;
+    const proper = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
-    const unstable = proper.filter((orbit) => !orbit.stable).length;
-    const through = orbits.length - proper.length;
-    const text =
-      !searched || !orbits.length
-        ? ""
-        : `stable ${stable.join(", ") || "none"}; unstable ${unstable}; through a jump ${through}`;
-    this.panel.say(text);
+    const open = proper.length - stable.length;
+    const settles = stable.length
+      ? `${listed(stable)} attract${stable.length > 1 ? "" : "s"}`
+      : "no orbit attracts";
+    const known = proper.length
+      ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}.`
+      : "";
+    if (!this.main) return `On the diagonal motions repeat after ${power} sticks: ${known}`;
+    const jumps = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
+    const [near] = jumps.sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
+    const breaks = near?.why
+      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of d = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(/, X|:/)[0]}.`
+      : "";
+    return `Each stick of both blocks, at d, leads to the next, at f(d): ${known}${breaks}`;
   }
 
   paint() {
@@ -193,47 +189,36 @@ export class MapView extends View {
     if (this.main) this.plot.redrawOver();
   }
 
-  /** @param {number} x @param {number} y */
+  /** What is marked there. @param {number} x @param {number} y */
+  thing(x, y) {
+    const { app } = this;
+    const orbits = this.orbits.orbits.map((orbit) => ({
+      thing: orbitThing(app, orbit),
+      spots: this.spots(orbit),
+    }));
+    const breaks = this.main
+      ? breakThings(app).map((thing) => ({ thing, spots: [[thing.at, NaN]] }))
+      : [];
+    return under(this.plot, x, y, [...orbits, ...breaks]);
+  }
+
+  /** @param {number} x @param {number} y @returns {import("../plot.js").Tip} */
   read(x, y) {
-    const { plot, values } = this;
+    const { values } = this;
     if (!values) return null;
-    const [px, py] = [plot.x(x), plot.y(y)];
-    for (const orbit of this.orbits.orbits) {
-      for (const [ax, ay] of this.spots(orbit)) {
-        if (Math.hypot(plot.x(ax) - px, plot.y(ay) - py) < NEAR) return describeOrbit(orbit);
-      }
-    }
-    const near = values.data.breakpoints?.find(
-      (/** @type {any} */ b) => Math.abs(plot.x(b.at) - px) < NEAR - 3,
-    );
-    if (near)
-      return `${near.kind} at d = ${short(near.at, 8)}: ${short(near.left)} | ${short(near.right)}\n${near.mechanism ?? ""}`;
+    const thing = this.thing(x, y);
+    if (thing) return told(thing);
     const { x: xs, f, branch } = values.arrays;
     const k = nearest(xs, x);
     const itinerary = values.data.itineraries?.[branch[k]];
-    return `d = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? `\n${itinerary}` : ""}`;
+    const text = `d = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? "\n" : ""}`;
+    return itinerary ? [text, modeBar(itinerary)] : text;
   }
 }
 
-/**
- * Infinitely unstable: through a jump. There are many, so they are marked small.
- * @param {Orbit} orbit
- */
-const isThrough = ({ kind }) => kind === "infinitely unstable";
-
-/** @param {Orbit} orbit */
+/** Those through a jump are many, and marked small. @param {Orbit} orbit */
 function orbitLook(orbit) {
   const of = colors();
   if (isThrough(orbit)) return { color: of.purple, size: 2.5 };
   return { color: orbit.stable ? of.ink : of.vermillion, size: 4 };
-}
-
-/** @param {Orbit} orbit */
-export function describeOrbit(orbit) {
-  const { period, multiplier, kind, points, itinerary } = orbit;
-  const lines = [`${orbitName(orbit)}: ${kind}, period ${period}`];
-  if (multiplier !== null) lines.push(`multiplier ${short(multiplier, 6)}`);
-  lines.push(points.map((point) => short(point, 6)).join(", "));
-  if (itinerary) lines.push(itinerary.join("  |  "));
-  return lines.join("\n");
 }

@@ -5,6 +5,7 @@
  * @import {Plot} from "../plot.js"
  */
 import { element } from "../dom.js";
+import { listed } from "../numbers.js";
 import { mathText } from "../plot.js";
 import { SANS, colors } from "../theme.js";
 import { Timeline } from "./motion.js";
@@ -43,11 +44,26 @@ export class MechanismView extends View {
     }
     this.timeline.update();
     this.plot.redrawOver();
-    const data = this.app.clock.motion?.parts[0]?.data;
-    this.panel.say(data?.status ? data.message : "");
+  }
+
+  /** @override */
+  sentence() {
+    const { clock } = this.app;
+    const k = clock.index();
+    const data = clock.motion?.parts[0]?.data;
+    if (k < 0 || !data) return "";
+    const count = data.limits.length;
+    const doing = ["riding on the belt", "slipping forward", "slipping back"];
+    const blocks = Array.from({ length: count }, (_, b) => doing[clock.arrays.mode[k * count + b]]);
+    const same = count > 1 && blocks.every((one) => one === blocks[0]);
+    const text = same
+      ? `Now ${count === 2 ? "both" : "all"} blocks are ${blocks[0]}.`
+      : `Now ${listed(blocks.map((one, b) => `block ${b + 1} is ${one}`))}.`;
+    return data.status ? `${text} ${data.message}` : text;
   }
 
   tick() {
+    this.panel.say(this.sentence());
     this.plot.redrawOver();
     this.timeline.plot.redrawOver();
     const { clock } = this.app;

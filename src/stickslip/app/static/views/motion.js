@@ -71,6 +71,15 @@ export class PortraitView extends View {
     this.plot.setView(this.app.state.windows[this.id] ?? around([this.x ?? []], [this.v ?? []]));
   }
 
+  /** @override */
+  sentence() {
+    if (!this.rides) return "";
+    const { t } = this.of;
+    let riding = 0;
+    for (let k = 1; k < t.length; k++) if (!Number.isNaN(this.rides[k])) riding += t[k] - t[k - 1];
+    return `Rides ${short((100 * riding) / (t.at(-1) || 1), 3)} % of the time (heavy); thin: slips.`;
+  }
+
   paint() {
     const { plot } = this;
     if (!this.x || !this.v) return plot.message(this.emptyText("motion"));
@@ -156,6 +165,13 @@ export class PlaneView extends View {
     this.plot.setView(
       this.app.state.windows.plane ?? around([xs, this.x?.[0] ?? []], [ys, this.x?.[1] ?? []]),
     );
+  }
+
+  /** @override */
+  sentence() {
+    return this.locus
+      ? "Shaded: both can ride; at the green edge block 1 slips, at the red block 2."
+      : "";
   }
 
   paint() {

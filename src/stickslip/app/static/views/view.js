@@ -1,7 +1,8 @@
 /**
  * What all views share: a panel, the answers they use, zoom kept in the state.
  *
- * @import {App, Answer} from "../app.js"
+ * @import {App} from "../app.js"
+ * @import {Answer} from "../answers.js"
  * @import {Options} from "../plot.js"
  * @import {State} from "../types.js"
  */
@@ -58,14 +59,17 @@ export class View {
 
   /** @param {string} slot */
   emptyText(slot) {
-    const answer = this.answer(slot);
-    if (this.app.connection.running.has(slot)) return "Computing …";
-    if (answer?.error) return answer.error.message;
-    return answer?.cancelled ? "Stopped" : "";
+    const { kind, reason } = this.app.standing(slot);
+    return kind === "empty" || kind === "computing" ? "Computing …" : reason;
   }
 
   /** The state or an answer is new. */
   update() {}
+
+  /** What is seen now. @returns {string} */
+  sentence() {
+    return "";
+  }
 
   /** The motion's time is new. */
   tick() {}
@@ -75,10 +79,16 @@ export class View {
     return true;
   }
 
+  /** The state or an answer is new: bring the picture and its sentence up to date. */
+  show() {
+    this.update();
+    this.panel.say(this.sentence());
+  }
+
   /** An answer or the colours are new. */
   refresh() {
     if (!this.isFor(this.app.state)) return;
-    this.update();
+    this.show();
     for (const plot of this.plots) plot.redraw();
   }
 }

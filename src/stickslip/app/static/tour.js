@@ -1,0 +1,111 @@
+/**
+ * A walk through the two bifurcations of the paper: each step sets the sliders, its text moves them.
+ *
+ * @import {App} from "./app.js"
+ * @import {Preset} from "./types.js"
+ */
+import { element } from "./dom.js";
+import { completeState } from "./state.js";
+
+/** A step: the preset it begins with, and a text in which pairs move a slider. */
+export const STEPS = /** @type {const} */ ([
+  {
+    preset: "coulomb",
+    title: "Two motions at once",
+    text: [
+      "Two blocks ride on a belt until springs tear them off. Each time both stick, their distance d is noted; the event map leads from one d to the next. Where it meets the diagonal, the motion repeats. Under Coulomb friction two motions attract: S1, and S4, which takes four sticks to repeat.",
+    ],
+  },
+  {
+    preset: "fig06",
+    title: "An orbit nears a jump",
+    text: [
+      "The map jumps where a block just touches the belt's speed: it grazes. As the belt gets faster, from ",
+      ["V", 0.0366],
+      " to ",
+      ["V", 0.0369],
+      ", a point of S4 runs towards the jump at d = 0.2794, where block 2 grazes.",
+    ],
+  },
+  {
+    preset: "fig08",
+    title: "The first bifurcation",
+    text: [
+      "At V = 0.036976 they meet: a border collision, BC in the diagram. S4 is stable up to there and gone beyond. Compare ",
+      ["V", 0.0369],
+      " with ",
+      ["V", 0.037],
+      ": motions now hop around the place where S4 was, 83 sticks long. S1 does not notice.",
+    ],
+  },
+  {
+    preset: "law9",
+    title: "A kink in place of a jump",
+    text: [
+      "Now friction falls smoothly with speed, law (9). Where block 2 grazes, the map no longer jumps: it has a corner, at d = 0.3815. S1, right of the corner, attracts: its multiplier is -0.94, near -1.",
+    ],
+  },
+  {
+    preset: "fig14",
+    title: "The second bifurcation",
+    text: [
+      "With stiffer coupling, from ",
+      ["alpha", 1.208],
+      " to ",
+      ["alpha", 1.211],
+      ", period-2 orbits are born at the corner (BC, alpha = 1.20912), S1 loses its stability (PD, 1.20986), and motions wander in two bands: chaos. At CR, alpha = 1.2153, the chaos meets an unstable orbit and ends.",
+    ],
+  },
+]);
+
+export class Tour {
+  /** @param {App} app @param {Preset[]} presets @param {HTMLElement} host */
+  constructor(app, presets, host) {
+    this.app = app;
+    this.presets = presets;
+    const named = { class: "tour", "aria-labelledby": "tour-title", "aria-live": "polite" };
+    this.section = element("section", { ...named, hidden: true });
+    host.prepend(this.section);
+  }
+
+  toggle() {
+    if (this.section.hidden) this.#show(0);
+    else this.#end();
+  }
+
+  #end() {
+    this.section.hidden = true;
+  }
+
+  /** @param {number} at */
+  #show(at) {
+    const { preset, title, text } = STEPS[at];
+    const state = this.presets.find(({ name }) => name === preset)?.state ?? {};
+    this.app.store.update(completeState(this.app.limits, state), "tour");
+    const last = at === STEPS.length - 1;
+    const next = last
+      ? [button("Done", () => this.#end())]
+      : [button("Next", () => this.#show(at + 1)), button("End", () => this.#end())];
+    const back = button("Back", () => this.#show(at - 1), at === 0);
+    const pieces = text.map((piece) => (typeof piece === "string" ? piece : this.#move(piece)));
+    this.section.replaceChildren(
+      element("h2", { id: "tour-title" }, `${at + 1} of ${STEPS.length}: ${title}`),
+      element("p", {}, ...pieces),
+      element("div", { class: "row buttons" }, back, ...next),
+    );
+    this.section.hidden = false;
+    document.querySelector(".panel-map")?.scrollIntoView();
+    this.section.scrollIntoView({ block: "nearest" });
+    next[0].focus();
+  }
+
+  /** @param {readonly [string, number]} to */
+  #move([name, value]) {
+    const symbol = name === "alpha" ? "α" : name;
+    return button(`${symbol} = ${value}`, () => this.app.setParameter(name, value), false, "move");
+  }
+}
+
+/** @param {string} text @param {() => void} onclick @param {boolean} [disabled] @param {string} [kind] */
+const button = (text, onclick, disabled = false, kind = "plain") =>
+  element("button", { type: "button", class: kind, onclick, disabled }, text);

@@ -1,0 +1,165 @@
+"""One rule for the state of an answer: shown at once, current, stale or failed, in every view."""
+
+import pytest
+
+from stickslip.app.page import preset_names
+
+STATES = """() => Object.fromEntries(explorer.views.filter(({ panel }) => !panel.section.hidden)
+    .map(({ id, panel }) => [id, panel.section.dataset.state]))"""
+SHOWN = "() => explorer.quickSlots.every((slot) => explorer.answers.has(slot))"
+
+
+def states(page):
+    return page.evaluate(STATES)
+
+
+@pytest.fixture
+def lonely(browser, address):
+    """A page whose server takes its questions and never answers."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    page = context.new_page()
+    page.sockets = []
+    page.route_web_socket("**/ws", lambda socket: page.sockets.append(socket))
+    page.goto(address)
+    page.wait_for_function("() => window.explorer")
+    yield page
+    context.close()
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_every_view_of_every_preset_shows_something_at_once(lonely, preset):
+    lonely.evaluate("(preset) => { location.hash = `preset=${preset}`; }", preset)
+    lonely.wait_for_function(
+        "() => explorer.views.every(({ panel }) => panel.section.hidden || "
+        "panel.section.dataset.state === 'example')"
+    )
+    badge = lonely.locator("[data-panel=mechanism] .badge")
+    assert badge.text_content() == "shipped answer"
+    assert "being computed" in badge.get_attribute("title")
+
+
+def test_progress_of_the_kernels_is_told(lonely):
+    lonely.wait_for_function("() => explorer.answers.has('diagram')")
+    lonely.evaluate(
+        "() => explorer.connection.onchange(true, { done: 3, of: 11 })",
+    )
+    assert "3 of 11 steps" in lonely.locator(".connection").text_content()
+    lonely.evaluate("() => explorer.connection.onchange(true)")
+    assert lonely.locator(".connection").text_content() == ""
+
+
+def test_what_is_shipped_gives_way_to_what_is_computed(explorer):
+    explorer.open()
+    explorer.settle("map", "basins")
+    assert states(explorer.page)["map"] == "current"
+    assert explorer.page.evaluate("() => explorer.answers.get('map').shipped") is None
+
+
+def test_older_values_are_dimmed_with_the_reason(lonely):
+    lonely.wait_for_function(SHOWN)
+    slider = lonely.locator("[data-slider='V']")
+    slider.focus()
+    slider.press("ArrowRight")
+    found = states(lonely)
+    assert {found[name] for name in ("map", "basins", "power", "mechanism", "plane")} == {"stale"}
+    assert found["diagram"] in ("example", "empty")  # along V it is what it was
+    assert lonely.locator("[data-panel=map] .badge").text_content() == "older values: computing"
+    lonely.wait_for_timeout(800)
+    canvas = lonely.locator("[data-panel=map] canvas").first
+    assert float(canvas.evaluate("(c) => getComputedStyle(c).opacity")) < 0.5
+
+
+def test_a_server_that_is_gone_is_the_reason(lonely):
+    lonely.wait_for_function(SHOWN)
+    for socket in lonely.sockets:
+        socket.close()
+    lonely.locator(".connection.error").wait_for()
+    assert states(lonely)["map"] == "example"  # it is of these values, whoever is gone
+    slider = lonely.locator("[data-slider='V']")
+    slider.focus()
+    slider.press("ArrowRight")
+    badge = lonely.locator("[data-panel=map] .badge")
+    assert badge.text_content() == "older values: the server does not answer"
+
+
+def places(page):
+    return page.locator("main .panel, .controls .row, fieldset").evaluate_all(
+        "(all) => all.map((e) => JSON.stringify(e.getBoundingClientRect()))"
+    )
+
+
+def test_one_error_in_one_place_that_moves_nothing(explorer):
+    before = places(explorer.page)
+    explorer.type_into("mu", 1.7)
+    explorer.page.wait_for_function(
+        "() => explorer.views.every(({ panel }) => panel.section.hidden || "
+        "panel.section.dataset.state === 'failed')"
+    )
+    assert explorer.page.get_by_text("mu = 1.7").count() == 1
+    assert explorer.view("map", "view.values.arrays.x.length") > 600  # dimmed, but there
+    assert places(explorer.page) == before
+    explorer.type_into("mu", 0.22)
+    assert explorer.page.locator(".controls > .error").is_hidden()
+    assert "failed" not in states(explorer.page).values()
+
+
+def test_what_is_typed_wrong_is_told_until_it_changes(explorer):
+    field = explorer.page.locator("input[name='max_period']")
+    field.fill("99")
+    field.press("Enter")
+    error = explorer.page.locator(".controls > .error")
+    assert "whole number" in error.text_content()
+    explorer.page.wait_for_timeout(300)
+    assert "whole number" in error.text_content()  # answers that come meanwhile leave it
+    field.fill("3")
+    field.press("Enter")
+    assert error.is_hidden()
+
+
+def test_an_answer_to_older_values_replaces_no_present_one(explorer):
+    explorer.page.evaluate(
+        """() => {
+            const past = structuredClone(explorer.question("map"));
+            past.request.model.friction.mu = 0.5;
+            const arrays = { x: Float64Array.of(0, 1), f: Float64Array.of(0, 1),
+                             branch: Int32Array.of(0, 0) };
+            explorer.receive("map", past, { data: { domain: [0, 1], labels: ["a"] }, arrays });
+        }"""
+    )
+    assert explorer.view("map", "view.values.arrays.x.length") > 600
+
+
+def test_what_is_stopped_says_so(lonely):
+    lonely.wait_for_function(SHOWN)
+    lonely.evaluate(
+        """() => {
+            explorer.setParameter("mu", 0.3);
+            const question = explorer.question("map");
+            explorer.connection.forget("map");
+            explorer.receive("map", question, { data: {}, last: true, cancelled: true });
+        }"""
+    )
+    badge = lonely.locator("[data-panel=map] .badge")
+    assert badge.text_content() == "older values: stopped"
+
+
+def test_nothing_blanks_while_a_parameter_plays(explorer):
+    explorer.settle("basins", "diagram", "power")
+    explorer.page.evaluate(
+        """() => {
+            window.blank = [];
+            const slots = ["map", "basins", "power", "diagram", "motion", "cobweb", "locus"];
+            window.watch = setInterval(() => {
+                for (const slot of slots) {
+                    if (!explorer.answers.get(slot)?.parts.length) blank.push(slot);
+                }
+                const { parts } = explorer.answers.get("basins");
+                if (!parts.some(({ arrays }) => arrays.label)) blank.push("bands");
+            }, 5);
+        }"""
+    )
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("p")
+    explorer.page.wait_for_function("() => explorer.parameter > 0.03662")
+    explorer.page.keyboard.press("p")
+    assert explorer.page.evaluate("() => { clearInterval(watch); return blank; }") == []

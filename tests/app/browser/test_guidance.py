@@ -1,0 +1,153 @@
+"""What the page says of itself: sentences, legend, tour, table."""
+
+import re
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from tests.app.browser.test_looks import violations
+
+import stickslip as ss
+
+VIEWS = ["map", "mechanism", "diagram", "basins", "power", "portrait-1", "plane", "law"]
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_held(explorer):
+    explorer.page.evaluate("() => document.activeElement.blur()")
+
+
+def sentence(explorer, panel):
+    return explorer.panel(panel).locator(".sentence").text_content()
+
+
+def test_a_sentence_says_what_is_seen(explorer):
+    explorer.settle("diagram", "basins", "power")
+    assert all(len(sentence(explorer, view)) > 20 for view in VIEWS)
+    assert "S1 and S4 attract, 2 repel" in sentence(explorer, "map")
+    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
+    assert f"{collision.value:.8g}: border collision" in sentence(explorer, "diagram")
+    shares = [float(x) for x in re.findall(r"([\d.]+) %", sentence(explorer, "basins"))]
+    assert sum(shares) == pytest.approx(100, abs=0.2)
+    explorer.type_into("V", 0.037)
+    assert "S1 attracts" in sentence(explorer, "map")
+    assert "behind, at" in sentence(explorer, "diagram")
+
+
+def test_words_stand_beside_the_sliders(explorer):
+    words = explorer.page.locator(".row.worded:visible .word").all_text_contents()
+    assert "driving velocity" in words
+    assert all(words)
+
+
+def test_itineraries_are_bars(explorer):
+    (four,) = ss.periodic_orbits(ss.examples.coulomb(), period=4)
+    explorer.point_at("map", four.points[0], four.points[1])
+    bars = explorer.panel("map").locator(".tip svg.modes")
+    assert bars.count() == 4
+    first = bars.first.get_attribute("aria-label").split("; ")
+    assert len(first) == len(four.itinerary[0].split())
+    assert first[-1] == "1 sticks, 2 sticks"
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_legend_has_every_letter(explorer, theme):
+    if explorer.page.evaluate("() => document.documentElement.dataset.theme") != theme:
+        explorer.page.keyboard.press("t")
+    explorer.page.keyboard.press("l")
+    legend = explorer.page.locator("dialog.legend")
+    text = legend.text_content()
+    assert all(name in text for name in ("S4", "U1", "BC", "PD", "LP", "BM", "IC", "CR", "thick"))
+    explorer.shoot(f"legend {theme}")
+    assert not violations(explorer, ".legend")
+    explorer.page.keyboard.press("Escape")
+    assert legend.count() == 0
+    if theme == "dark":
+        explorer.page.keyboard.press("t")
+
+
+def test_the_tour_is_walked_by_keyboard_alone(explorer):
+    seen = []
+    explorer.page.keyboard.press("g")
+    for step in range(5):
+        tour = explorer.page.locator(".tour")
+        assert tour.locator("h2").text_content().startswith(f"{step + 1} of 5")
+        model = explorer.state["model"]
+        seen.append(model["V"] if step < 3 else model["alpha"])
+        if step == 2:
+            assert not violations(explorer, ".tour")
+            explorer.page.keyboard.press("Shift+Tab")  # Back
+            explorer.page.keyboard.press("Shift+Tab")  # the last value in the text
+            explorer.page.keyboard.press("Shift+Tab")
+            explorer.page.keyboard.press("Enter")
+            assert explorer.state["model"]["V"] == 0.0369
+            for _ in range(3):
+                explorer.page.keyboard.press("Tab")
+        explorer.page.keyboard.press("Enter")
+    assert seen == [0.0366, 0.0369, 0.037, 1.208, 1.211]
+    assert explorer.page.locator(".tour").is_hidden()
+
+
+def test_the_tour_says_what_the_library_finds():
+    text = (files("stickslip.app") / "static" / "tour.js").read_text(encoding="utf-8")
+    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
+    assert f"V = {collision.value:.6f}" in text
+    jumps = ss.breakpoints(ss.examples.coulomb(V=0.0369))
+    (graze,) = [one for one in jumps if "block 2 grazes" in one.mechanism]
+    assert f"d = {graze.d:.4f}" in text
+    f = ss.event_map(ss.examples.law9())
+    (s1,) = [orbit for orbit in ss.periodic_orbits(f, 1) if orbit.stable]
+    assert f"{s1.multiplier:.2f}" in text
+    (corner,) = [one for one in ss.breakpoints(f) if 0.38 < one.d < 0.383]
+    assert f"d = {corner.d:.4f}" in text
+    found = ss.bifurcations(
+        ss.examples.law9(), "alpha", (1.208, 1.2105), window=(0.379, 0.39), max_period=2
+    )
+    assert [f"{one.value:.5f}" in text for one in found] == [True, True]
+
+
+def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer):
+    explorer.settle("diagram")
+    explorer.page.keyboard.press("o")
+    table = explorer.panel("table")
+    assert table.is_visible()
+    explorer.shoot("table")
+    assert not violations(explorer, "[data-panel=table]")
+    rows = table.locator("tbody tr")
+    assert rows.count() == explorer.view("table", "view.things.length") > 20
+    assert explorer.page.evaluate("() => document.activeElement.className") == "name"
+    explorer.page.keyboard.press("ArrowDown")
+    assert " at d = " in explorer.page.evaluate("() => document.activeElement.ariaLabel")
+    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
+    table.get_by_label("Go to BC").click()
+    assert explorer.settle().state["model"]["V"] == pytest.approx(collision.value, rel=1e-9)
+    table.get_by_label("Just before BC").click()
+    assert explorer.state["model"]["V"] == pytest.approx(collision.value - 1.5e-6, rel=1e-9)
+    explorer.settle()
+    where = table.get_by_role("button", name="Where")
+    where.click()
+    assert table.locator("th").nth(2).get_attribute("aria-sort") == "ascending"
+    values = table.locator("tbody tr td:nth-child(3)").all_text_contents()
+    d = [float(v.removeprefix("d = ").replace("\u2212", "-")) for v in values if v.startswith("d")]
+    assert d == sorted(d)
+    where.click()
+    assert table.locator("th").nth(2).get_attribute("aria-sort") == "descending"
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("o")
+    assert table.is_hidden()
+    assert explorer.panel("plane").is_visible()
+
+
+def test_a_click_on_a_mark_snaps_to_it(explorer):
+    (four,) = ss.periodic_orbits(ss.examples.coulomb(), period=4)
+    x, y = explorer.spot("map", four.points[0], four.points[1])
+    explorer.page.mouse.click(x + 3, y + 2)
+    explorer.page.wait_for_timeout(300)
+    assert explorer.settle().state["d"] == pytest.approx(min(four.points), rel=1e-9)
+    explorer.settle("diagram")
+    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
+    x, y = explorer.spot("diagram", collision.value, collision.points[0])
+    explorer.page.mouse.click(x - 3, y + 2)
+    explorer.page.wait_for_timeout(300)
+    assert explorer.state["model"]["V"] == pytest.approx(collision.value, rel=1e-9)
+    assert np.isclose(explorer.state["d"], collision.points[0], rtol=1e-9)

@@ -1,0 +1,101 @@
+"""What comes with the package is what the library computes, and makes a page without a server."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.app.talk import unpacked
+
+import stickslip as ss
+from stickslip.app import shipped
+from stickslip.app.page import preset_names, presets
+from stickslip.app.requests import plain
+from stickslip.cli.program import run
+
+LISTED = shipped.listed()
+SLOW = {"law9-diagram.bin"}  # half a minute
+SINGLE = 1e-6  # relative: arrays are shipped in single precision
+DUST = 1e-9  # residuals and errors are of this size or smaller
+MOST_BYTES = 700_000  # of all answers
+
+
+def leaves(value):
+    """Numbers, and everything else, in order."""
+    if isinstance(value, dict):
+        for name, item in value.items():
+            yield name
+            yield from leaves(item)
+    elif isinstance(value, list):
+        for item in value:
+            yield from leaves(item)
+    else:
+        yield value
+
+
+def close(one, other):
+    if isinstance(one, float) and isinstance(other, (int, float)):
+        return one == pytest.approx(other, rel=SINGLE, abs=DUST)
+    return one == other
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in LISTED]
+)
+def test_an_answer_that_is_shipped_is_the_library_s(name):
+    kept, computed = unpacked(shipped.read(name)), unpacked(shipped.answer(*LISTED[name]))
+    for one, other in zip(kept, computed, strict=True):
+        assert one.name == other.name
+        assert all(
+            close(a, b) for a, b in zip(leaves(one.data), leaves(other.data), strict=True)
+        ), one.name
+        assert one.arrays.keys() == other.arrays.keys()
+        for key, array in one.arrays.items():
+            np.testing.assert_allclose(array, other.arrays[key], rtol=SINGLE, atol=SINGLE)
+
+
+def test_the_list_names_every_preset_s_questions():
+    entries = json.loads((shipped.SHIPPED / shipped.INDEX).read_text())
+    listed = {entry["file"]: (entry["view"], entry["request"]) for entry in entries}
+    assert listed == LISTED
+    slots = {preset: set() for preset in preset_names()}
+    for preset in presets():
+        for slot, view, request in shipped.questions(preset["state"]):
+            asked = view, plain({"model": preset["state"]["model"], **request})
+            assert asked in LISTED.values()
+            slots[preset["name"]].add(slot)
+    assert slots["coulomb"] >= {"map", "basins", "diagram", "motion"}
+    assert slots["chain"] == {"law", "cycle", "motion"}
+
+
+def test_what_is_shipped_is_small():
+    files = [file for file in shipped.SHIPPED.iterdir() if file.name.endswith(".bin")]
+    assert {file.name for file in files} == set(LISTED)
+    assert sum(len(file.read_bytes()) for file in files) < MOST_BYTES
+
+
+def test_making_writes_what_is_read(tmp_path, monkeypatch, capsys):
+    few = {name: LISTED[name] for name in ("coulomb-law.bin", "coulomb-map.bin")}
+    monkeypatch.setattr(shipped, "listed", lambda: few)
+    shipped.make(tmp_path / "made")
+    assert {file.name for file in (tmp_path / "made").iterdir()} == {*few, shipped.INDEX}
+    (law,) = unpacked(shipped.read("coulomb-law.bin", tmp_path / "made"))
+    assert law.arrays["force"].dtype == np.float32
+    names = [part.name for part in unpacked(shipped.read("coulomb-map.bin", tmp_path / "made"))]
+    assert names == ["orbits", "explained"]
+    assert capsys.readouterr().out.count("\n") == len(few)
+
+
+def test_the_page_is_written_into_a_folder(tmp_path, capsys):
+    folder = tmp_path / "page"
+    for _ in range(2):  # over what an older version wrote, too
+        assert run(["explore", "--export", str(folder)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(folder / "index.html")
+    assert "data-alone" in (folder / "index.html").read_text(encoding="utf-8")
+    assert json.loads((folder / "limits.json").read_text())["exports"] == {}
+    assert len(json.loads((folder / "presets.json").read_text())) == len(preset_names())
+    content = shipped.read("coulomb-map.bin", folder / "static" / "shipped")
+    explained = list(unpacked(content))[-1].arrays
+    f = ss.event_map(ss.examples.coulomb())
+    inner = slice(5, None, 97)  # ends of branches have one-sided values
+    x = explained["x"][inner].astype(float)
+    np.testing.assert_allclose(f(x), explained["f"][inner], rtol=SINGLE, atol=1e-5)
