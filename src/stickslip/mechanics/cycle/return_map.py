@@ -15,7 +15,7 @@ from stickslip.analysis.maps.protocol_nd import box_points
 from stickslip.checks import checked_interval, one_of, real_numbers, shown, whole_number
 from stickslip.mechanics.cycle.chart import PHASE, Chart, chart, states_of
 from stickslip.mechanics.cycle.shooting import size_of
-from stickslip.mechanics.eventmap.blocks import BlocksBackend
+from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.mechanism import UNKNOWN, mechanism_between
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -50,7 +50,7 @@ SAMPLES: Final = 65  # of an interval that is tried as the domain
 DOUBLINGS: Final = range(-4, 7)  # of the scale of the states, tried as its length
 
 
-class ReturnBackend(BlocksBackend):
+class ReturnBackend(ScalarBackend):
     """Carries motions from a section to itself."""
 
     def __init__(self, f: SectionMap, controls: Controls) -> None:

@@ -26,11 +26,9 @@ from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike
 
-    from stickslip.mechanics.eventmap.records import Controls, Outputs
+    from stickslip.mechanics.eventmap.records import Controls, Outputs, Section
     from stickslip.mechanics.flow.engine import EngineName
     from stickslip.mechanics.flow.recorder import Recorder
     from stickslip.numerics.arrays import Floats
@@ -51,19 +49,16 @@ class QuasistaticBackend(ScalarBackend):
     def last_forces(self, d: Floats) -> tuple[Floats, Floats]:
         """Needed forces (n, 2) as the slip from each d begins, and as it has ended (or NaN)."""
         first, last = np.full((d.size, 2), np.nan), np.full((d.size, 2), np.nan)
-        scratch, engine = self.scratch(()), self.engine
+        scratch, engine = self.scratch(self.no_directions), self.engine
         alpha, beta, _ = engine.system
         for k, start in enumerate(d.tolist()):
             lead = min(1.0 + (1.0 + 2.0 * alpha) * start, beta)
             first[k] = lead - (1.0 + 2.0 * alpha) * start, lead
-            value, *_, status = self.kernels.carry(
+            *_, status = self.kernels.carry_number(
                 engine.system, engine.laws, start, scratch, self.controls, NO_ITINERARY
             )
-            if status != OK:
-                continue
-            # A motion of very many events ends in the twin that watches for a loop.
-            ends = [motion.e for motion in (scratch.motion, scratch.long_motion)]
-            last[k] = min(ends, key=lambda e: abs((e[1] - e[0]) / (1.0 + 2.0 * alpha) - value))
+            if status == OK:
+                last[k] = scratch.motion.e
         return first, last
 
     def recorder(self, d: float) -> Recorder:
@@ -72,7 +67,9 @@ class QuasistaticBackend(ScalarBackend):
         recorder.start_on_belt(np.array([d]))
         return recorder
 
-    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
+    def _carried(
+        self, d: Floats, directions: Floats, watch: bool = False, section: Section | None = None
+    ) -> Outputs:
         outputs = super()._carried(d, directions, watch)
         alpha, beta, _ = self.engine.system
         lead = 1.0 + (1.0 + 2.0 * alpha) * d - beta  # of block 2 as block 1 leaves; 0: together
@@ -90,7 +87,7 @@ class QuasistaticBackend(ScalarBackend):
         if alpha == 0.0 or direction[BETA] != 0.0 or direction[START] == 0.0:
             return np.full(d.size, np.nan)
         step = 1e-6 / (1.0 + 2.0 * alpha)
-        beside = super()._carried(d - step, ()).value
+        beside = super()._carried(d - step, self.no_directions).value
         return np.copysign(np.inf, value - beside)
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:

@@ -13,10 +13,7 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks import transitions as blocks
-from stickslip.mechanics.flow.blocks.system import (
-    BlockMotion,
-    new_block_motion,
-)
+from stickslip.mechanics.flow.blocks.system import BlockMotion
 from stickslip.mechanics.flow.dense import FORCE_ROUNDING
 from stickslip.mechanics.flow.engine import BlockEngine, Engine
 from stickslip.mechanics.flow.system import (
@@ -234,7 +231,7 @@ class TwoBlockRecorder(Recorder):
     ) -> None:
         super().__init__(rtol=rtol, dense=dense, last=last)
         self.engine = engine
-        self.motion: Motion = new_motion(0, engine.n_law_parameters)
+        self.motion: Motion = engine.new_motion(engine.directions())
         self.work = engine.new_work()
         self.polynomials: list[tuple[Floats, Floats]] = []
 
@@ -384,15 +381,14 @@ class BlocksRecorder(Recorder):
     ) -> None:
         super().__init__(rtol=rtol, dense=dense, last=last)
         self.engine, self.model, self.plant = engine, model, model.plant
-        self.motion: BlockMotion = new_block_motion(engine.system, 0)
+        self.motion: BlockMotion = engine.new_motion(engine.directions())
         self.work = engine.new_work()
-        self.directions = engine.directions()
         self.polynomials: list[Floats] = []
 
     def start_on_belt(self, d: Floats) -> None:
         """Start at the end of the global stick phase `d`: there the first slip begins."""
         self.d.append(np.array(d))
-        blocks.onset(self.engine.system, self.directions, self.motion, d)
+        blocks.onset(self.engine.system, self.motion, d)
         self.n_events += 1
 
     def start(self, x: Floats, v: Floats) -> None:
@@ -416,7 +412,7 @@ class BlocksRecorder(Recorder):
     def _advance(self, cap: float) -> tuple[float, int]:
         engine, motion = self.engine, self.motion
         t, status = engine.kernels.advance(
-            engine.system, engine.laws, self.directions, motion, self.work, self.rtol, cap
+            engine.system, engine.laws, motion, self.work, self.rtol, cap
         )
         if status != status_codes.OK:
             return 0.0, int(status)
