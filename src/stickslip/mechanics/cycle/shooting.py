@@ -92,7 +92,7 @@ class Shooter:
         # would feel kinetic friction where rest feels up to the static limit.
         w = z[len(z) - self.n_contacts :]
         w[np.abs(w) <= ROUNDING * size_of(plant)] = 0.0
-        place(self.engine, self.motion, z, self.work.rates)
+        place(self.engine, self.motion, z, self.work)
         return self._state()
 
     def leg(self, state: State, n_events: int, *, max_time: float = math.inf) -> Leg:
@@ -120,7 +120,7 @@ class Shooter:
                     status = status_codes.CONTACT_LOST
                     break
                 before = motion.mode.copy()
-                self.engine.settle(motion, self.work.rates)
+                self.engine.settle(motion, self.work)
                 changed = np.flatnonzero(motion.mode != before)
                 events += [(t, int(block), int(motion.mode[block])) for block in changed]
                 count += changed.size > 0

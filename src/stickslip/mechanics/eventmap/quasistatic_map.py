@@ -12,14 +12,13 @@ import numpy as np
 from stickslip.checks import finite_number, shown, whole_number
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
 from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.of_model import register_model_map
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.recorder import TwoBlockRecorder
 from stickslip.mechanics.flow.system import BETA, START
 from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
-from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.results.files import register_map
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
 from stickslip.status import OK
@@ -290,13 +289,8 @@ def _checked(model: object) -> TwoBlock:
     return model
 
 
-def _values_of(f: QuasistaticMap) -> dict[str, Any]:
-    settings = {name: value for name, value in f.settings.items() if name != "threads"}
-    return {"model": model_values(f.model), "settings": settings}
+def _map_of(model: object, **settings: Any) -> QuasistaticMap:
+    return QuasistaticMap(_checked(model), **settings)
 
 
-def _map_of(values: dict[str, Any]) -> QuasistaticMap:
-    return QuasistaticMap(_checked(model_of_values(values["model"])), **values["settings"])
-
-
-register_map("quasi-static map", QuasistaticMap, _values_of, _map_of)
+register_model_map("quasi-static map", QuasistaticMap, _map_of)

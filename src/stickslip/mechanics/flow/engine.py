@@ -36,6 +36,7 @@ from stickslip.mechanics.flow.system import (
     System,
     new_motion,
 )
+from stickslip.mechanics.flow.transitions import settle as settle_pair
 from stickslip.mechanics.friction.code import LawCode, law_code
 from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -101,6 +102,12 @@ class Engine:
         """Arrays for one motion with a tangent for each direction."""
         motion = new_motion(len(directions), self.n_law_parameters)
         return motion._replace(directions=directions)
+
+    def settle(self, motion: Motion, _work: Any) -> bool:
+        """Change the modes of a motion at an event; tell whether any changed."""
+        before = motion.mode.copy()
+        settle_pair(self.system, motion)
+        return bool((motion.mode != before).any())
 
     def directions(self, starts: Floats | None = None) -> Floats:
         """Rows of `directions`: of the starting d, if it is given."""
@@ -241,10 +248,10 @@ class BlockEngine:
         else:
             self.kernels.refresh(self.system, self.laws, motion)
 
-    def settle(self, motion: BlockMotion, rates: Floats) -> bool:
+    def settle(self, motion: BlockMotion, work: BlockWork) -> bool:
         """Change the modes of a motion at an event; tell whether any changed."""
         if self.system.joint is None:
-            return bool(settle(self.system, self.laws, motion, rates))
+            return bool(settle(self.system, self.laws, motion, work.rates))
         return bool(settle_together(self.system, self.laws, motion))
 
     def directions(
