@@ -94,7 +94,10 @@ LAYERS = {
     "friction": Layer(("mechanics/friction/*.py",), MECHANICS),
     "flow": Layer(("mechanics/flow/[!_]*.py", "mechanics/flow/_[!l]*.py"), MECHANICS),
     "event map": Layer(
-        ("mechanics/eventmap/_kernels.py", "mechanics/eventmap/itinerary.py"),
+        (
+            *("mechanics/eventmap/_kernels.py", "mechanics/eventmap/_pair_kernels.py"),
+            "mechanics/eventmap/itinerary.py",
+        ),
         MECHANICS,
     ),
     "maps of a line": Layer(("analysis/**/[!_]*.py",), ("tests/analysis",), compiled=True),

@@ -93,7 +93,7 @@ def local_arrays(stem: str, **examples: tuple[NDArray[Any] | tuple[Any, ...], ..
 
 
 def _classes(value: Any) -> Iterator[type]:
-    if not isinstance(value, np.ndarray):
+    if not isinstance(value, np.ndarray | None):
         if type(value) is not tuple:
             yield type(value)
         for part in value:
@@ -103,11 +103,15 @@ def _classes(value: Any) -> Iterator[type]:
 def _maker(name: str, example: tuple[Any, ...]) -> str:
     counter = itertools.count()
     lines: list[str] = []
+    names: dict[int, str] = {}  # of arrays by identity
 
     def made(value: Any) -> str:
+        if value is None:
+            return "None"
         if isinstance(value, np.ndarray):
-            array = f"a{next(counter)}"
-            lines.extend(_array_lines(array, value))
+            array = names[id(value)] = f"a{next(counter)}"
+            whole = names.get(id(value.base)) if value.size else None
+            lines.extend(_part_lines(array, value, whole) if whole else _array_lines(array, value))
             return array
         parts = ", ".join([made(part) for part in value])
         return f"({parts},)" if type(value) is tuple else f"{type(value).__name__}({parts})"
@@ -115,6 +119,13 @@ def _maker(name: str, example: tuple[Any, ...]) -> str:
     result = made(example)
     body = "\n".join(f"    {line}" for line in [*lines, f"return {result}"])
     return f'\n\n@cuda.jit(device=True, inline="always")\ndef {name}():\n{body}'
+
+
+def _part_lines(name: str, array: NDArray[Any], whole: str) -> Iterator[str]:
+    """Make an array of some rows of another one."""
+    assert array.base is not None
+    first = (array.ctypes.data - array.base.ctypes.data) // array.strides[0]
+    yield f"{name} = {whole}[{first} : {first + len(array)}]"
 
 
 def _array_lines(name: str, array: NDArray[Any]) -> Iterator[str]:

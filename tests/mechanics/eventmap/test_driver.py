@@ -6,11 +6,12 @@ growth of tangents are known numbers.
 
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from stickslip.mechanics.eventmap import _kernels
+from stickslip.mechanics.eventmap.backend import driver
 from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.eventmap.loop import new_loop
 from stickslip.mechanics.eventmap.records import Controls, Scratch
@@ -28,7 +29,7 @@ from stickslip.mechanics.flow.system import (
     System,
     new_motion,
 )
-from stickslip.numerics.targets import instantiate, kernel
+from stickslip.numerics.targets import kernel
 from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, NEVER_SLIPPING, OK, UNDECIDED
 
 pytestmark = pytest.mark.kernel
@@ -69,13 +70,15 @@ def said_to_slide(system, laws, motion, work):
     return laws[int(work.sliding[0]), ENDLESS] != 0.0
 
 
-DRIVER = instantiate(
-    "stickslip.mechanics.eventmap._kernels",
-    "told",
-    cached=False,
-    advance=told,
-    landing_rate=fast_landing,
-    slides_for_ever=said_to_slide,
+DRIVER = driver(
+    SimpleNamespace(
+        is_pair=True,
+        key="told",
+        cached=False,
+        kernels=SimpleNamespace(
+            advance=told, landing_rate=fast_landing, slides_for_ever=said_to_slide
+        ),
+    )
 )
 
 
@@ -112,15 +115,16 @@ def drive(rows, *, directions=(), watch=True, max_events=1000, itinerary=0, d=BL
         longer.directions[column] = motion.directions[column]
     work = _exact_kernels.new_work()
     work.watch[0] = float(watch)
-    codes = np.full(itinerary, -1, dtype=np.int8)
-    scratch = Scratch(motion, longer, new_motion(0, 1), new_loop(4), work)
+    modes = np.full((itinerary, 2), 9, dtype=np.int8)
+    arrays = motion, longer, new_motion(0, 1), new_loop(4), work
+    scratch = Scratch(*arrays, section=None, point=np.zeros(1))
     controls = Controls(1e-15, max_events, math.inf)
-    found = DRIVER.carry(SYSTEM, np.array(rows), d, scratch, controls, codes)
+    found = DRIVER.carry_number(SYSTEM, np.array(rows), d, scratch, controls, modes)
     assert work.watch[0] == float(watch)
     slopes = [DRIVER.value_tangent(SYSTEM, motion, found[0], k) for k in range(columns)]
     value, duration, n_events, label, margin, status = found
     label = int(label) % 2**64  # compiled code returns it with a sign
-    return value, duration, n_events, label, margin, status, slopes, codes.tolist()
+    return value, duration, n_events, label, margin, status, slopes, modes.tolist()
 
 
 # --- margins -------------------------------------------------------------------------------------
@@ -168,7 +172,7 @@ def test_the_margin_of_an_event_is_how_near_others_were(block):
     def margin(mode, of_other, happens, to_other=0):
         motion.mode[block], motion.mode[other] = mode, of_other
         motion.event[block], motion.event[other] = happens, to_other
-        return DRIVER.event_margin(SYSTEM, np.zeros((2, COLUMNS)), motion)
+        return DRIVER.event_margin(SYSTEM, np.zeros((2, COLUMNS)), motion, None)
 
     # a landing: from its own limits, and the rider from its own; `fast_landing` is far from a touch
     rooms = {block: limits[block] - 0.4, other: limits[other] - 0.8}
@@ -216,7 +220,7 @@ def test_a_motion_that_no_longer_gets_away_from_the_belt_is_undecidable():
 
 # --- loops ---------------------------------------------------------------------------------------
 
-LONG = _kernels.LONG
+LONG = 2 * DRIVER.LONG
 
 
 def loops(n, *, norm=1.0, off=0.0, margin=9.0):
@@ -282,9 +286,8 @@ def test_a_motion_that_leaves_its_loop_has_the_tangents_of_all_of_it():
 
 def random_motion(rng, n_columns, modes=(BACKWARD, BACKWARD)):
     motion = new_motion(n_columns, 1)
-    for array in (motion.w, motion.e, motion.w_low, motion.e_low, motion.tangent_w):
+    for array in (motion.z, motion.w_low, motion.e_low, motion.tangent_z):
         array[:] = rng.uniform(-1, 1, array.shape)
-    motion.tangent_e[:] = rng.uniform(-1, 1, motion.tangent_e.shape)
     motion.mode[:] = modes
     return motion
 
@@ -292,23 +295,23 @@ def random_motion(rng, n_columns, modes=(BACKWARD, BACKWARD)):
 def test_the_distance_of_states_is_that_of_their_farthest_coordinate():
     rng = np.random.default_rng(1)
     motion, saved = random_motion(rng, 0), new_motion(0, 1)
-    _kernels.copy_motion(motion, saved)
-    assert _kernels.distance(motion, saved) == 0.0
+    DRIVER.copy_motion(motion, saved)
+    assert DRIVER.distance(motion, saved) == 0.0
     for name, block in itertools.product(("w", "e"), range(2)):
         for shift in (0.25, -0.5):
             moved = random_motion(np.random.default_rng(1), 0)
             getattr(moved, name)[block] += shift
-            assert _kernels.distance(moved, saved) == pytest.approx(abs(shift), rel=1e-15)
+            assert DRIVER.distance(moved, saved) == pytest.approx(abs(shift), rel=1e-15)
     for block in range(2):
         other = random_motion(np.random.default_rng(1), 0)
         other.mode[block] = STICK
-        assert _kernels.distance(other, saved) == math.inf
+        assert DRIVER.distance(other, saved) == math.inf
 
 
 def test_a_copy_of_a_motion_goes_on_where_it_is():
     motion, longer = random_motion(np.random.default_rng(2), 3), new_motion(7, 1)
     longer.tangent_w[:], longer.tangent_e[:] = math.nan, math.nan
-    _kernels.copy_motion(motion, longer)
+    DRIVER.copy_motion(motion, longer)
     for name in ("w", "e", "w_low", "e_low", "mode"):
         np.testing.assert_array_equal(getattr(longer, name), getattr(motion, name))
     np.testing.assert_array_equal(longer.tangent_w[:, :3], motion.tangent_w)
@@ -319,7 +322,7 @@ def test_a_copy_of_a_motion_goes_on_where_it_is():
 def test_the_tangent_of_a_loop_starts_as_the_identity_on_states_of_its_modes(modes):
     motion = random_motion(np.random.default_rng(3), 6, modes)
     before = motion.tangent_w.copy(), motion.tangent_e.copy()
-    _kernels.start_loop_tangent(motion, 2)
+    DRIVER.start_loop_tangent(SYSTEM, motion, 2)
     tangent = np.vstack((motion.tangent_w[:, 2:], motion.tangent_e[:, 2:]))
     # a riding block has w = 0, whatever else changes
     np.testing.assert_array_equal(tangent, np.diag([*np.abs(modes), 1, 1]))
@@ -327,23 +330,15 @@ def test_the_tangent_of_a_loop_starts_as_the_identity_on_states_of_its_modes(mod
     np.testing.assert_array_equal(motion.tangent_e[:, :2], before[1][:, :2])
 
 
-def test_the_norm_of_a_loop_bounds_how_far_states_are_carried_apart():
-    for seed in range(8):
-        motion = random_motion(np.random.default_rng(seed), 6)
-        tangent = np.vstack((motion.tangent_w[:, 2:], motion.tangent_e[:, 2:]))
-        expected = np.linalg.norm(tangent, math.inf)
-        assert _kernels.loop_norm(motion, 2) == pytest.approx(expected, rel=1e-14)
-
-
 # --- itineraries and labels ----------------------------------------------------------------------
 
 
 def test_an_itinerary_is_kept_as_far_as_there_is_room():
     rows = [leaves(), lands(), all_ride()]
-    codes = [3, 0, 3, 4]  # of .- -- .- .., each block counted as -, ., +
+    modes = [[0, -1], [-1, -1], [0, -1], [0, 0]]
     for room in range(7):
         kept = drive(rows, itinerary=room)[7]
-        assert kept == [*codes, -1, -1][:room]
+        assert kept == [*modes, [9, 9], [9, 9]][:room]
 
 
 def test_labels_are_those_of_marsaglias_generator():

@@ -13,7 +13,6 @@ from tests.mechanics.flow.systems import random_model
 
 import stickslip as ss
 from stickslip.mechanics.eventmap.backend import ScalarBackend
-from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.lanes import (
     BatchBackend,
     EqualLaneBackend,
@@ -147,8 +146,8 @@ PLAIN = ss.TwoBlock(1.0, 1.4, 0.1, LAW_9)
         (PLAIN.chain, PoolBackend),
         (PLAIN.chain.replace(friction=ss.Coulomb(0.2)), LaneBackend),
         (PLAIN.chain.replace(friction=ss.Coulomb(0.2, viscous=0.1)), PoolBackend),
-        (PLAIN.chain.replace(friction=TABLE), BlocksBackend),
-        (ss.Chain([1.0, 1.1, 1.2], 1.0, 0.1, LAW_9), BlocksBackend),
+        (PLAIN.chain.replace(friction=TABLE), ScalarBackend),
+        (ss.Chain([1.0, 1.1, 1.2], 1.0, 0.1, LAW_9), ScalarBackend),
     ],
 )
 def test_what_a_structure_allows(model, backend):

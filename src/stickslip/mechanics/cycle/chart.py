@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.checks import shown
-from stickslip.mechanics.eventmap.blocks import still
-from stickslip.mechanics.eventmap.records import Section
+from stickslip.mechanics.eventmap.records import Section, still
 from stickslip.mechanics.flow.blocks.system import sparse, sparse_changes
 from stickslip.mechanics.model.plant import ROUNDING, TINY, Plant, Reduced
 

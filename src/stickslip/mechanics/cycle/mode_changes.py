@@ -56,7 +56,7 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
                 spare = float(motion.limit[i] - abs(motion.e[i]))
                 found.append(Touch("landing", t, i, spare))
                 found += _barely_landed(mode[i] * shooter.work.w[i], t, i, h)
-            shooter.engine.settle(motion, shooter.work.rates)
+            shooter.engine.settle(motion, shooter.work)
             changed = np.flatnonzero(motion.mode != mode)
             for i in changed[:1]:
                 if i != last[1] and last[1] >= 0:

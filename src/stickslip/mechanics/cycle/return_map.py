@@ -15,18 +15,16 @@ from stickslip.analysis.maps.protocol_nd import box_points
 from stickslip.checks import checked_interval, one_of, real_numbers, shown, whole_number
 from stickslip.mechanics.cycle.chart import PHASE, Chart, chart, states_of
 from stickslip.mechanics.cycle.shooting import size_of
-from stickslip.mechanics.eventmap.blocks import BlocksBackend
+from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.mechanism import UNKNOWN, mechanism_between
-from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.eventmap.of_model import event_map, register_model_map
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import block_engine
 from stickslip.mechanics.flow.system import BACKWARD, FORWARD
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.arguments import checked_model, checked_state
-from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.numerics.roots import EPSILON
-from stickslip.results.files import register_map
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -50,7 +48,7 @@ SAMPLES: Final = 65  # of an interval that is tried as the domain
 DOUBLINGS: Final = range(-4, 7)  # of the scale of the states, tried as its length
 
 
-class ReturnBackend(BlocksBackend):
+class ReturnBackend(ScalarBackend):
     """Carries motions from a section to itself."""
 
     def __init__(self, f: SectionMap, controls: Controls) -> None:
@@ -466,15 +464,5 @@ def map_of(model: Model, **settings: Any) -> Any:
     return return_map(model, **settings)
 
 
-def _values_of(f: SectionMap) -> dict[str, Any]:
-    """Describe a return map for files of results, apart from the machine it runs on."""
-    settings = {name: value for name, value in f.settings.items() if name != "threads"}
-    return {"model": model_values(f.model), "settings": settings}
-
-
-def _return_map_of(values: dict[str, Any]) -> SectionMap:
-    return return_map(model_of_values(values["model"]), **values["settings"])
-
-
-for _kind, _made in (("return map", ReturnMap), ("return map of the line", LineReturnMap)):
-    register_map(_kind, _made, _values_of, _return_map_of)
+register_model_map("return map", ReturnMap, return_map)
+register_model_map("return map of the line", LineReturnMap, return_map)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.flow.blocks.system import new_block_motion
 from stickslip.mechanics.flow.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.recorder import place
 from stickslip.mechanics.flow.system import LOST, MAX_INSTANT
@@ -73,10 +72,10 @@ class Shooter:
         self.n_waves = model.plant.n_waves
         self.n = len(self.system.constant) - self.n_contacts - self.n_waves
         columns = (self.n if tangents else 0) + (parameter is not None)
-        self.motion: BlockMotion = new_block_motion(self.system, columns)
         self.work = self.engine.new_work()
         changes = [] if parameter is None else [self.engine.change(model, parameter)]
-        self.directions = self.engine.directions(columns - len(changes), changes)
+        directions = self.engine.directions(columns - len(changes), changes)
+        self.motion: BlockMotion = self.engine.new_motion(directions)
         self.change = changes[0][0] if changes else None
         self.belt_change = np.zeros(self.n_contacts) if self.change is None else self.change.V
 
@@ -93,7 +92,7 @@ class Shooter:
         # would feel kinetic friction where rest feels up to the static limit.
         w = z[len(z) - self.n_contacts :]
         w[np.abs(w) <= ROUNDING * size_of(plant)] = 0.0
-        place(self.engine, self.motion, z, self.work.rates)
+        place(self.engine, self.motion, z, self.work)
         return self._state()
 
     def leg(self, state: State, n_events: int, *, max_time: float = math.inf) -> Leg:
@@ -121,7 +120,7 @@ class Shooter:
                     status = status_codes.CONTACT_LOST
                     break
                 before = motion.mode.copy()
-                self.engine.settle(motion, self.work.rates)
+                self.engine.settle(motion, self.work)
                 changed = np.flatnonzero(motion.mode != before)
                 events += [(t, int(block), int(motion.mode[block])) for block in changed]
                 count += changed.size > 0
@@ -134,7 +133,7 @@ class Shooter:
         """Take one step, at most `cap` long, up to an event if one comes; length and status."""
         engine = self.engine
         h, status = engine.kernels.advance(
-            self.system, engine.laws, self.directions, self.motion, self.work, self.rtol, cap
+            self.system, engine.laws, self.motion, self.work, self.rtol, cap
         )
         return float(h), int(status)
 

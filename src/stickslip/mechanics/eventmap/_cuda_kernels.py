@@ -14,7 +14,8 @@ from stickslip.mechanics.flow.system import System
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.eventmap._kernels import carry, value_tangent
+    from stickslip.mechanics.eventmap._kernels import carry_number
+    from stickslip.mechanics.eventmap._pair_kernels import value_tangent
 
     def thread_arrays() -> Any:
         """Return the scratch of one motion, a row for its laws and an empty itinerary."""
@@ -61,7 +62,7 @@ def carry_each(  # type: ignore[no-untyped-def]
             scratch.long_motion.directions[column, k] = directions[column, k]
     scratch.work.watch[0] = watch
     start = 0.0 if math.isnan(d[i]) else d[i]
-    value[i], duration[i], n_events[i], label[i], margin[i], status[i] = carry(
+    value[i], duration[i], n_events[i], label[i], margin[i], status[i] = carry_number(
         system, law, start, scratch, controls, itinerary
     )
     if math.isnan(d[i]):
@@ -83,5 +84,5 @@ def iterate_each(systems, laws, controls, d, orbits):  # type: ignore[no-untyped
     orbits[i, 0] = value
     for k in range(orbits.shape[1] - 1):
         if not math.isnan(value):
-            value, _, _, _, _, _ = carry(system, law, value, scratch, controls, itinerary)
+            value, _, _, _, _, _ = carry_number(system, law, value, scratch, controls, itinerary)
         orbits[i, k + 1] = value

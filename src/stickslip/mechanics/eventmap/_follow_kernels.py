@@ -17,7 +17,8 @@ from stickslip.numerics.targets import kernel
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.eventmap._kernels import carry, value_tangent
+    from stickslip.mechanics.eventmap._kernels import carry_number
+    from stickslip.mechanics.eventmap._pair_kernels import value_tangent
 
 
 @kernel
@@ -32,7 +33,7 @@ def settle_down(
 ) -> tuple[float, int, int]:
     """Apply the map `steps` times: (last point, status, steps done)."""
     for k in range(steps):
-        value, _, _, _, _, status = carry(system, laws, d, scratch, controls, itinerary)
+        value, _, _, _, _, status = carry_number(system, laws, d, scratch, controls, itinerary)
         if status != OK:
             return d, status, k
         d = value
@@ -73,7 +74,7 @@ def follow_range(
         for k in range(n):
             if status != OK:
                 break
-            value, duration, n_events, label, _, status = carry(
+            value, duration, n_events, label, _, status = carry_number(
                 system, laws, d, tangent_scratch, controls, itinerary
             )
             if status != OK:

@@ -1,35 +1,21 @@
-"""The event map of one motion and of many: from one global stick phase to the next."""
+"""Motions from a point to the next, of any stepper: global stick phases, sections of a contact."""
 
-# Template (`numerics.targets.instantiate`): the engine that moves a motion to its next event is
-# bound.
+# Template (`numerics.targets.instantiate`): the stepper is bound, and how its motions start and end
+# (`_pair_kernels`, `_section_kernels`).
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
-from stickslip.mechanics.eventmap.loop import Loop, settles
+from stickslip.mechanics.eventmap.itinerary import all_have, hashed, noted
+from stickslip.mechanics.eventmap.loop import Loop, row_norm, settles
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
-from stickslip.mechanics.flow.system import (
-    ALPHA,
-    BETA,
-    FORWARD,
-    LANDING,
-    MAX_INSTANT,
-    START,
-    STICK,
-    Floats,
-    Motion,
-    System,
-    limit,
-    loading_rate,
-)
-from stickslip.mechanics.flow.transitions import onset, settle
-from stickslip.numerics.rounding import two_sum
+from stickslip.mechanics.flow.blocks.system import BlockMotion
+from stickslip.mechanics.flow.system import BACKWARD, MAX_INSTANT, Floats, Motion
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
     EVENT_LIMIT,
@@ -42,156 +28,138 @@ from stickslip.status import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.flow._exact_kernels import advance, landing_rate, slides_for_ever
+    from stickslip.mechanics.eventmap._section_kernels import (
+        SECTIONS,
+        begin,
+        change_modes,
+        copy_rest,
+        event_margin,
+        has_arrived,
+        read_point,
+        read_tangent,
+        slides_steadily,
+        start_loop_tangent,
+    )
+    from stickslip.mechanics.flow.blocks._stepper_kernels import advance, slides_for_ever
 
-# From this many events on a motion is watched for a cycle without global stick.
-LONG = 64
+# From this many events per block on a motion is watched for a cycle without global stick.
+LONG = 32
+# Steps without an event after which a motion on a section is given up.
+MAX_QUIET = 20_000
+# Steps on which no relative velocity changes any more, after which the motion slides steadily.
+STEADY = 64
 # Steps without an event, for each event allowed, before a motion is given up.
 STEPS_PER_EVENT = 200
-# Bit set of an event of both blocks.
-BOTH = 3
 
 
 @kernel
-def copy_motion(source: Motion, target: Motion) -> None:
+def is_finite(motion: BlockMotion | Motion) -> bool:
+    """Whether all needed forces are numbers."""
+    for i in range(motion.mode.shape[0]):
+        if not math.isfinite(motion.e[i]):
+            return False
+    return True
+
+
+@kernel
+def write_modes(motion: BlockMotion | Motion, row: NDArray[np.int8]) -> None:
+    """Keep the modes of a phase."""
+    for i in range(motion.mode.shape[0]):
+        row[i] = motion.mode[i]
+
+
+@kernel
+def events_of(motion: BlockMotion | Motion) -> tuple[int, int]:
+    """How many blocks are at an event, and a number that tells which."""
+    count = which = 0
+    for i in range(motion.mode.shape[0]):
+        if motion.event[i] != 0:
+            count += 1
+            which = i + 1
+    return count, which
+
+
+# --- cycles -------------------------------------------------------------------------------------
+
+
+@kernel
+def copy_motion(source: BlockMotion | Motion, target: BlockMotion | Motion) -> None:
     """Copy the state and the tangents that both have columns for."""
-    for block in range(2):
-        target.w[block] = source.w[block]
-        target.e[block] = source.e[block]
-        target.w_low[block] = source.w_low[block]
-        target.e_low[block] = source.e_low[block]
-        target.mode[block] = source.mode[block]
-        for column in range(min(source.tangent_w.shape[1], target.tangent_w.shape[1])):
-            target.tangent_w[block, column] = source.tangent_w[block, column]
-            target.tangent_e[block, column] = source.tangent_e[block, column]
+    for i in range(source.mode.shape[0]):
+        target.e[i] = source.e[i]
+        target.mode[i] = source.mode[i]
+    for j in range(source.z.shape[0]):
+        target.z[j] = source.z[j]
+        for column in range(min(source.tangent_z.shape[1], target.tangent_z.shape[1])):
+            target.tangent_z[j, column] = source.tangent_z[j, column]
+    copy_rest(source, target)
 
 
 @kernel
-def distance(motion: Motion, saved: Motion) -> float:
+def distance(motion: BlockMotion | Motion, saved: BlockMotion | Motion) -> float:
     """Distance of two states, infinite between different modes."""
     largest = 0.0
-    for block in range(2):
-        if motion.mode[block] != saved.mode[block]:
+    for i in range(motion.mode.shape[0]):
+        if motion.mode[i] != saved.mode[i]:
             return math.inf
-        largest = max(largest, abs(motion.w[block] - saved.w[block]))
-        largest = max(largest, abs(motion.e[block] - saved.e[block]))
+    for j in range(motion.z.shape[0]):
+        largest = max(largest, abs(motion.z[j] - saved.z[j]))
     return largest
 
 
 @kernel
-def start_loop_tangent(motion: Motion, n_columns: int) -> None:
-    """Set the last four columns to the identity on the states that share the present modes."""
-    for block in range(2):
-        for k in range(4):
-            motion.tangent_w[block, n_columns + k] = 0.0
-            motion.tangent_e[block, n_columns + k] = 0.0
-        if motion.mode[block] != 0:
-            motion.tangent_w[block, n_columns + block] = 1.0
-        motion.tangent_e[block, n_columns + 2 + block] = 1.0
-
-
-@kernel
-def write_shift(motion: Motion, saved: Motion, shift: Floats) -> None:
+def write_shift(motion: BlockMotion | Motion, saved: BlockMotion | Motion, shift: Floats) -> None:
     """Keep how far a state is from an earlier one."""
-    for block in range(2):
-        shift[block] = motion.w[block] - saved.w[block]
-        shift[2 + block] = motion.e[block] - saved.e[block]
+    for j in range(motion.z.shape[0]):
+        shift[j] = motion.z[j] - saved.z[j]
 
 
 @kernel
-def write_turn(motion: Motion, saved: Motion, n_columns: int, loop: Loop) -> None:
+def write_turn(
+    motion: BlockMotion | Motion, saved: BlockMotion | Motion, n_columns: int, loop: Loop
+) -> None:
     """Keep what a turn has made of a state and its tangent."""
     write_shift(motion, saved, loop.moved)
-    for block in range(2):
-        for k in range(4):
-            loop.turn[block, k] = motion.tangent_w[block, n_columns + k]
-            loop.turn[2 + block, k] = motion.tangent_e[block, n_columns + k]
+    for j in range(motion.z.shape[0]):
+        for k in range(motion.z.shape[0]):
+            loop.turn[j, k] = motion.tangent_z[j, n_columns + k]
 
 
-@kernel
-def loop_norm(motion: Motion, n_columns: int) -> float:
-    """Largest row sum of the loop's tangent."""
-    norm = 0.0
-    for block in range(2):
-        row_w = row_e = 0.0
-        for k in range(4):
-            row_w += abs(motion.tangent_w[block, n_columns + k])
-            row_e += abs(motion.tangent_e[block, n_columns + k])
-        norm = max(norm, row_w, row_e)
-    return norm
-
-
-@kernel
-def event_margin(system: System, laws: Floats, motion: Motion) -> float:
-    """Clearance at an event: of landings from a touch, of all from the static limits."""
-    # A rider at its limit while the other slips forward may have come there tangentially.
-    margin = math.inf
-    for block in range(2):
-        room = abs(limit(system, block) - abs(motion.e[block]))
-        if motion.event[block] == LANDING:
-            rate = abs(landing_rate(system, laws, motion, block))
-            margin = min(margin, room, rate)
-        elif motion.mode[block] == STICK and motion.event[block] == 0:
-            margin = min(margin, room)
-        elif motion.mode[block] == STICK and motion.mode[1 - block] == FORWARD:
-            margin = min(margin, abs(loading_rate(system, motion.w, block)))
-    return margin
-
-
-@kernel
-def slope_of_tie(system: System, laws: Floats, motion: Motion, d: float) -> None:
-    """Tangents where both blocks leave together: those of smaller d, block 1 a little earlier."""
-    # Block 2 then leaves once its force, 1 + spread at the onset, has grown to beta at rate V.
-    rate = landing_rate(system, laws, motion, 0)
-    for column in range(motion.directions.shape[0]):
-        direction = motion.directions[column]
-        d_spread = (1.0 + 2.0 * system.alpha) * direction[START] + 2.0 * d * direction[ALPHA]
-        delay = (direction[BETA] - d_spread) / system.V
-        motion.tangent_w[0, column] = rate * delay
-        motion.tangent_e[0, column] = system.V * delay
-
-
-@kernel(inline=True)
-def blocks_of_event(motion: Motion) -> int:
-    """Bit set of the blocks whose event it is."""
-    return (1 if motion.event[0] != 0 else 0) + (2 if motion.event[1] != 0 else 0)
+# --- motions ------------------------------------------------------------------------------------
 
 
 @kernel
 def carry(
-    system: System,
+    system: Any,
     laws: Floats,
-    d: float,
+    point: Floats,
     scratch: Scratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
-) -> tuple[float, float, int, np.uint64, float, int]:
-    """Follow a motion to the next global stick phase."""
-    # (value, duration, events, label, margin, status); tangents of the last state stay in `motion`.
-    motion, long_motion, saved, loop, work = scratch
-    n_columns = motion.directions.shape[0]
-    onset(system, motion, d)
+) -> tuple[float, int, np.uint64, float, int]:
+    """Follow a motion from a point to the next, left in ``scratch.motion``."""
+    # (duration, events, label, margin, status); `itinerary` (phases, n) takes modes while it lasts.
+    motion, long_motion, saved, loop, work, section, _ = scratch
+    n, n_columns = motion.mode.shape[0], motion.tangent_z.shape[1]
+    status = begin(system, laws, section, motion, work, point)
+    if status != OK:
+        return 0.0, 0, np.uint64(0), work.margin[0], status
     watching = work.watch[0]
-    work.margin[0] = math.inf
-    work.sliding[0] = 0.0
-    if motion.mode[0] == motion.mode[1]:
-        slope_of_tie(system, laws, motion, d)
-        work.margin[0] = 0.0
     current = motion
-    code = mode_code(current)
-    label = hashed(np.uint64(1), code)
+    label = noted(np.uint64(1), current)
     if itinerary.shape[0] > 0:
-        itinerary[0] = code
+        write_modes(current, itinerary[0])
     duration = phase = 0.0
     earlier_margin = math.inf
-    n_events = instant = 0
+    n_events = instant = quiet = steady = before = 0
+    count, last = events_of(motion)
+    last = 0 if count > 1 else last
     # A state is kept, now and then; two turns from it on, the second with its tangent, may tell.
-    kept, next_look, turn_ends = 0, LONG, 0
+    kept, next_look, turn_ends = 0, LONG * n, 0
     near, growth, looping = math.inf, 1.0, False
-    before = (1 if motion.mode[0] != 0 else 0) + (2 if motion.mode[1] != 0 else 0)
     status = TIME_LIMIT
-    for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG)):
-        if code == 0 and slides_for_ever(system, laws, current, work):
+    for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG * n)):
+        if all_have(current, BACKWARD) and slides_for_ever(system, laws, current, work):
             status = NEVER_SLIPPING
             break
         t, status = advance(system, laws, current, work, controls.rtol, math.inf)
@@ -199,50 +167,57 @@ def carry(
         phase += t
         if status != OK:
             break
-        if not (math.isfinite(current.e[0]) and math.isfinite(current.e[1])):
+        if not is_finite(current):
             status = STEP_FAILED
             break
         status = TIME_LIMIT
         if duration > controls.max_time:
             break
-        here = blocks_of_event(current)
-        if here == 0:
+        count, here = events_of(current)
+        if count == 0:
+            if SECTIONS:
+                quiet += 1
+                steady = steady + 1 if slides_steadily(current, work) else 0
+                if steady == STEADY:
+                    status = NEVER_CYCLE
+                if quiet == MAX_QUIET or steady == STEADY:
+                    break
             continue
+        quiet = 0
         if work.watch[0] != 0.0:
-            margin = event_margin(system, laws, current)
-            if here == BOTH:
+            margin = event_margin(system, laws, current, work)
+            if count > 1:
                 margin = 0.0
-            elif here != before:
+            elif here != last:
                 margin = min(margin, phase)
             work.margin[0] = min(work.margin[0], margin)
-        before = here
+        last = 0 if count > 1 else here
         instant = instant + 1 if phase == 0.0 else 0
         phase = 0.0
-        settle(system, current)
-        new_code = mode_code(current)
-        if new_code == code:
-            if instant > 2 * MAX_INSTANT:
+        if SECTIONS:
+            before = current.mode[section.contact]
+        if not change_modes(system, laws, current, work):
+            if instant > MAX_INSTANT * n:
                 status = UNDECIDED
                 break
             continue
-        code = new_code
+        label = noted(label, current)
         n_events += 1
-        label = hashed(label, code)
         if n_events < itinerary.shape[0]:
-            itinerary[n_events] = code
-        if code == GLOBAL_STICK:
+            write_modes(current, itinerary[n_events])
+        if has_arrived(section, current, before):
             status = OK
             break
-        if instant > 2 * MAX_INSTANT:
+        if instant > MAX_INSTANT * n:
             status = UNDECIDED
             break
         if n_events >= controls.max_events:
             status = EVENT_LIMIT
             break
-        if n_events < LONG:
+        if n_events < LONG * n:
             continue
         if looping:
-            growth = max(growth, loop_norm(current, n_columns))
+            growth = max(growth, row_norm(current.tangent_z[:, n_columns:]))
             if n_events < turn_ends:
                 continue
             if distance(current, saved) < math.inf:
@@ -261,7 +236,7 @@ def carry(
                 turn_ends, near, growth = 2 * n_events - kept, 0.5 * gap, 1.0
                 copy_motion(motion, long_motion)
                 current, looping = long_motion, True
-                start_loop_tangent(current, n_columns)
+                start_loop_tangent(system, current, n_columns)
                 copy_motion(current, saved)
                 earlier_margin = min(earlier_margin, work.margin[0])
                 work.margin[0], work.watch[0] = math.inf, 1.0
@@ -269,30 +244,53 @@ def carry(
             copy_motion(current, saved)
             kept, next_look = n_events, n_events + n_events // 4
     work.watch[0] = watching
+    if looping:
+        copy_motion(current, motion)
     margin = min(earlier_margin, work.margin[0])
+    if SECTIONS:
+        if section.period > 0.0:  # where the phase passes 0, the next point jumps
+            turns = math.floor(motion.clock[0] / section.period)
+            label = hashed(label, turns - 1)
+            past = motion.clock[0] - turns * section.period
+            margin = min(margin, past, section.period - past)
+    return duration, n_events, label, margin, status
+
+
+@kernel
+def carry_number(
+    system: Any,
+    laws: Floats,
+    d: float,
+    scratch: Scratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+) -> tuple[float, float, int, np.uint64, float, int]:
+    """As `carry` where points are numbers: (value, duration, events, label, margin, status)."""
+    scratch.point[0] = d
+    duration, n_events, label, margin, status = carry(
+        system, laws, scratch.point, scratch, controls, itinerary
+    )
     value = math.nan
     if status == OK:
-        gap, low = two_sum(current.e[1], -current.e[0])
-        low += current.e_low[1] - current.e_low[0]
-        value = (gap + low) / (1.0 + 2.0 * system.alpha)
-        if looping:
-            copy_motion(current, motion)
+        read_point(scratch.section, system, scratch.motion, scratch.point)
+        value = scratch.point[0]
     return value, duration, n_events, label, margin, status
 
 
 @kernel
-def value_tangent(system: System, motion: Motion, value: float, column: int) -> float:
-    """Differentiate d = (e_2 - e_1) / (1 + 2 alpha) in the direction of a column."""
-    difference = motion.tangent_e[1, column] - motion.tangent_e[0, column]
-    growth = 2.0 * value * motion.directions[column, ALPHA]
-    return (difference - growth) / (1.0 + 2.0 * system.alpha)
+def is_nan(d: Floats) -> bool:
+    """Whether an entry is NaN."""
+    for k in range(d.shape[0]):
+        if math.isnan(d[k]):
+            return True
+    return False
 
 
 @kernel
 def carry_range(
-    system: System,
+    system: Any,
     laws: Floats,
-    d: Floats,
+    points: Floats,
     start: int,
     stop: int,
     scratch: Scratch,
@@ -300,27 +298,26 @@ def carry_range(
     itinerary: NDArray[np.int8],
     outputs: Outputs,
 ) -> None:
-    """Evaluate the map at ``d[start:stop]``; `itinerary` is that of the last motion."""
+    """Evaluate the map at rows ``points[start:stop]``; `itinerary`: of the last motion."""
     for i in range(start, stop):
-        if math.isnan(d[i]):
+        if is_nan(points[i]):
             continue
-        value, duration, n_events, label, margin, status = carry(
-            system, laws, d[i], scratch, controls, itinerary
+        duration, n_events, label, margin, status = carry(
+            system, laws, points[i], scratch, controls, itinerary
         )
-        outputs.value[i] = value
         outputs.duration[i] = duration
         outputs.n_events[i] = n_events
         outputs.label[i] = label
         outputs.margin[i] = margin
         outputs.status[i] = status
-        for column in range(scratch.motion.directions.shape[0]):
-            slope = value_tangent(system, scratch.motion, value, column)
-            outputs.derivative[i, column] = slope if status == OK else math.nan
+        if status == OK:
+            read_point(scratch.section, system, scratch.motion, outputs.value[i])
+            read_tangent(scratch.section, system, scratch.motion, outputs.derivative[i])
 
 
 @kernel
 def iterate_range(
-    system: System,
+    system: Any,
     laws: Floats,
     orbits: Floats,
     start: int,
@@ -329,10 +326,13 @@ def iterate_range(
     controls: Controls,
     itinerary: NDArray[np.int8],
 ) -> None:
-    """Fill rows ``start..stop`` of `orbits` (starts, n + 1) from their first entries on."""
+    """Fill rows ``start..stop`` of `orbits` (starts, steps + 1, numbers) from their starts."""
     for i in range(start, stop):
         for k in range(orbits.shape[1] - 1):
-            value = orbits[i, k]
-            if not math.isnan(value):
-                value, _, _, _, _, _ = carry(system, laws, value, scratch, controls, itinerary)
-            orbits[i, k + 1] = value
+            status = EVENT_LIMIT
+            if not is_nan(orbits[i, k]):
+                _, _, _, _, status = carry(system, laws, orbits[i, k], scratch, controls, itinerary)
+            if status == OK:
+                read_point(scratch.section, system, scratch.motion, orbits[i, k + 1])
+            else:
+                orbits[i, k + 1] = math.nan  # and stays so

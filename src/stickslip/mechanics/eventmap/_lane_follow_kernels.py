@@ -30,7 +30,8 @@ from stickslip.numerics.targets import kernel
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.eventmap._kernels import carry, value_tangent
+    from stickslip.mechanics.eventmap._kernels import carry_number
+    from stickslip.mechanics.eventmap._pair_kernels import value_tangent
 
 
 @kernel
@@ -76,7 +77,7 @@ def ask(
     model = models.of_start[i]
     system = System(models.alpha[model], models.beta[model], models.V[model])
     laws = models.laws[models.law_row[model]]
-    value, duration, n_events, label, _, status = carry(
+    value, duration, n_events, label, _, status = carry_number(
         system, laws, d, scratch, controls, itinerary
     )
     slope = math.nan
@@ -274,5 +275,7 @@ def iterate_lanes(
                 if math.isnan(d) or math.isinf(value):
                     value = math.nan
                 elif math.isnan(value):
-                    value, _, _, _, _, _ = carry(system, laws, d, scratch, controls, itinerary)
+                    value, _, _, _, _, _ = carry_number(
+                        system, laws, d, scratch, controls, itinerary
+                    )
                 orbits[at + i, k + 1] = value

@@ -1,35 +1,36 @@
-"""What carries motions from one global stick phase to the next: kernels, threads, scratch."""
+"""What carries motions from one point to the next: kernels, threads, scratch."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from types import ModuleType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
 from stickslip.mechanics.eventmap.loop import new_loop
-from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch, new_outputs
-from stickslip.mechanics.flow.engine import (
-    Engine,
-    bind_engine,
-    parameter_direction,
-    start_direction,
+from stickslip.mechanics.eventmap.records import (
+    Controls,
+    Outputs,
+    Scratch,
+    global_stick,
+    new_outputs,
 )
-from stickslip.mechanics.flow.system import new_motion
-from stickslip.numerics.targets import launch
+from stickslip.mechanics.flow.engine import BlockEngine, Engine
+from stickslip.numerics.targets import instantiate, launch
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.mechanics.eventmap.records import Section
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
 
 
 # Fewer motions than this are not worth a thread.
-SMALLEST_TILE = {"exact": 4000, "taylor": 64, "collocation": 16}
-NO_ITINERARY = np.zeros(0, dtype=np.int8)
+SMALLEST_TILE = {"exact": 4000, "taylor": 64, "series": 64, "collocation": 16}
+NO_ITINERARY = np.zeros((0, 2), dtype=np.int8)
 
 
 class Backend(Protocol):
@@ -54,42 +55,37 @@ class Backend(Protocol):
 
 
 class ScalarBackend:
-    """Two undamped blocks: the engines that know w and e, one motion at a time."""
+    """One motion at a time; points (n,) or, of more than one number, (n, numbers)."""
 
-    def __init__(self, model: TwoBlock, engine: Engine, controls: Controls, threads: int) -> None:
-        self.model, self.engine, self.controls, self.threads = model, engine, controls, threads
-        self.name = self.engine.name
+    def __init__(
+        self, model: Model, engine: Engine | BlockEngine, controls: Controls, threads: int
+    ) -> None:
+        self.model, self.controls, self.threads = model, controls, threads
+        self.engine: Any = engine
+        self.name: str = engine.name
         self._local = threading.local()
+        self._no_itinerary = np.zeros((0, model.n_blocks), dtype=np.int8)
 
     def value(self, d: float) -> float:
-        """Value at one d."""
+        """Value at one d of two blocks."""
         return float(self.carry(np.array([d])).value[0])
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
-        return self._carried(d, (start_direction(self.engine),) if slope else (), watch)
+        return self._carried(d, self._start_directions if slope else self.no_directions, watch)
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        direction = parameter_direction(self.engine, self.model, name)
-        return self._carried(d, (direction,)).derivative[:, 0]
-
-    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
-        outputs = new_outputs(d.shape, len(directions))
-
-        def task(start: int, stop: int) -> None:
-            scratch = self.scratch(directions)
-            scratch.work.watch[0] = float(watch)
-            self._run(self.kernels.carry_range, d, start, stop, scratch, outputs)
-
-        launch(task, d.size, self.threads, SMALLEST_TILE[self.name])
-        return outputs
+        directions = self.engine.along(self.model, name)
+        return self._carried(d, directions, section=self._section_along(name)).derivative[..., 0]
 
     def iterate(self, orbits: Floats) -> None:
-        """Fill rows (n, steps + 1) from their first entries on."""
+        """Fill rows (n, steps + 1, ...) from their first entries on."""
+        points = orbits.reshape(*orbits.shape[:2], self._dimension)
 
         def task(start: int, stop: int) -> None:
-            self._run(self.kernels.iterate_range, orbits, start, stop, self.scratch(()))
+            scratch = self.scratch(self.no_directions)
+            self._run(self.kernels.iterate_range, points, start, stop, scratch)
 
         self.launch_orbits(task, orbits)
 
@@ -97,6 +93,87 @@ class ScalarBackend:
         """Run a task over rows of `orbits` in threads."""
         steps = max(1, orbits.shape[1] - 1)
         launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE[self.name] // steps))
+
+    def itinerary(self, d: float | list[float]) -> str:
+        """Modes of each phase, as text."""
+        length = 64
+        while True:
+            modes = np.zeros((length, self.model.n_blocks), dtype=np.int8)
+            _, n_events, _, _, _ = self.kernels.carry(
+                self.engine.system,
+                self.engine.laws,
+                np.array(d, ndmin=1),
+                self.scratch(self.no_directions),
+                self.controls,
+                modes,
+            )
+            if n_events < length:
+                return itinerary_text(modes[: n_events + 1])
+            length = n_events + 1
+
+    # --- where motions start and end ---------------------------------------------------------
+
+    @property
+    def _dimension(self) -> int:
+        """Numbers of a point."""
+        return self.model.n_blocks - 1
+
+    @cached_property
+    def _section(self) -> Section | None:
+        return None if self.engine.is_pair else global_stick(self._dimension)
+
+    def _section_along(self, _name: str) -> Section | None:
+        """Return the section with its change with a parameter: differences have none."""
+        return self._section
+
+    # --- kernels --------------------------------------------------------------------------
+
+    @cached_property
+    def kernels(self) -> ModuleType:
+        """The kernels with this engine bound into them."""
+        return driver(self.engine)
+
+    @cached_property
+    def no_directions(self) -> Any:
+        """For motions without tangents."""
+        return self.engine.directions()
+
+    @cached_property
+    def _start_directions(self) -> Any:
+        return self.engine.directions(np.eye(self._dimension))
+
+    def scratch(self, directions: Any, section: Section | None = None) -> Scratch:
+        """Work arrays for this thread, with a tangent column for each direction."""
+        section = section or self._section
+        held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
+        count = len(self.engine.columns(directions))
+        scratch = held.get(count)
+        if scratch is None or scratch.motion.directions is not directions:
+            scratch = held[count] = new_scratch(self.engine, directions, section, scratch)
+        elif scratch.section is not section:
+            scratch = held[count] = scratch._replace(section=section)
+        return scratch
+
+    def _carried(
+        self, d: Floats, directions: Any, watch: bool = False, section: Section | None = None
+    ) -> Outputs:
+        """Evaluate all points on all threads."""
+        count = len(self.engine.columns(directions))
+        outputs = new_outputs(d.shape, count)
+        rows = (len(d), self._dimension)
+        points = d.reshape(rows)
+        # The same numbers, with an axis for the differences that two blocks have one of.
+        told = outputs._replace(
+            value=outputs.value.reshape(rows), derivative=outputs.derivative.reshape(*rows, count)
+        )
+
+        def task(start: int, stop: int) -> None:
+            scratch = self.scratch(directions, section)
+            scratch.work.watch[0] = float(watch)
+            self._run(self.kernels.carry_range, points, start, stop, scratch, told)
+
+        launch(task, len(d), self.threads, SMALLEST_TILE[self.name])
+        return outputs
 
     def _run(
         self,
@@ -116,46 +193,68 @@ class ScalarBackend:
             stop,
             scratch,
             self.controls,
-            NO_ITINERARY,
+            self._no_itinerary,
             *more,
         )
 
-    def itinerary(self, d: float) -> str:
-        """Modes of each phase, as text."""
-        codes = np.zeros(64, dtype=np.int8)
-        while True:
-            _, _, n_events, _, _, _ = self.kernels.carry(
-                self.engine.system, self.engine.laws, d, self.scratch(()), self.controls, codes
-            )
-            if n_events < codes.size:
-                return itinerary_text(codes[: n_events + 1])
-            codes = np.zeros(n_events + 1, dtype=np.int8)
 
-    @cached_property
-    def kernels(self) -> ModuleType:
-        """The kernels with this engine bound into them."""
-        return bind_engine("stickslip.mechanics.eventmap._kernels", self.engine)
-
-    def scratch(self, directions: Sequence[Floats]) -> Scratch:
-        """Work arrays for this thread, with a tangent column for each direction."""
-        n_columns = len(directions)
-        held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
-        if n_columns not in held:
-            held[n_columns] = new_scratch(self.engine, n_columns)
-        scratch = held[n_columns]
-        for column, direction in enumerate(directions):
-            scratch.motion.directions[column] = direction
-            scratch.long_motion.directions[column] = direction
-        return scratch
-
-
-def new_scratch(engine: Engine, n_columns: int) -> Scratch:
-    """Work arrays of one motion with that many tangents."""
-    n_law = engine.n_law_parameters
+def new_scratch(
+    engine: Any,
+    directions: Any,
+    section: Section | None = None,
+    like: Scratch | None = None,
+) -> Scratch:
+    """Work arrays of one motion with a tangent for each direction; those of `like` serve again."""
+    n = engine.n_states
+    longer = engine.widened(directions, n)
+    if like is not None:
+        return like._replace(
+            motion=like.motion._replace(directions=directions),
+            long_motion=like.long_motion._replace(directions=longer),
+            section=section,
+        )
     return Scratch(
-        new_motion(n_columns, n_law),
-        new_motion(n_columns + 4, n_law),
-        new_motion(0, n_law),
-        new_loop(4),
+        engine.new_motion(directions),
+        engine.new_motion(longer),
+        engine.new_motion(engine.directions()),
+        new_loop(n),
         engine.new_work(),
+        section,
+        np.zeros(1),
+    )
+
+
+def scratch_of(engine: Engine, n_columns: int) -> Scratch:
+    """Work arrays of a motion of two blocks, with the tangent in its start or with none."""
+    return new_scratch(engine, engine.directions(np.eye(n_columns, 1)))
+
+
+STEPPER = ("advance", "landing_rate", "slides_for_ever")
+ENDS = (
+    *("begin", "change_modes", "copy_rest", "event_margin", "has_arrived", "read_point"),
+    *("read_tangent", "start_loop_tangent"),
+)
+
+
+def driver(engine: Any) -> ModuleType:
+    """Kernels that carry motions by an engine: how they start and end, what they go through."""
+    rooms, sections = "stickslip.mechanics.eventmap", not engine.is_pair
+    stepper = {name: getattr(engine.kernels, name) for name in STEPPER}
+    own = {"rate": engine.kernels.rate} if sections else {}
+    ends = instantiate(
+        f"{rooms}.{'_section_kernels' if sections else '_pair_kernels'}",
+        engine.key,
+        cached=engine.cached,
+        landing_rate=stepper.pop("landing_rate"),
+        **own,
+    )
+    more = "slides_steadily" if sections else "value_tangent"
+    bound = {name: getattr(ends, name) for name in (*ENDS, more)}
+    return instantiate(
+        f"{rooms}._kernels",
+        engine.key,
+        cached=engine.cached,
+        SECTIONS=sections,
+        **stepper,
+        **bound,
     )

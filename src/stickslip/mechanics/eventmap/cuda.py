@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, new_scratch
+from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, scratch_of
 from stickslip.mechanics.eventmap.records import Outputs, new_outputs
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.model.arguments import two_blocks
@@ -16,7 +15,7 @@ from stickslip.numerics.gpu import device_array, launch_on_gpu, local_arrays, re
 from stickslip.numerics.targets import instantiate
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.eventmap.records import Controls, Followed, ModelTable
+    from stickslip.mechanics.eventmap.records import Controls, Followed, ModelTable, Section
     from stickslip.mechanics.flow.engine import Engine, EngineName
     from stickslip.mechanics.model.arguments import Model
     from stickslip.mechanics.model.two_block import TwoBlock
@@ -37,12 +36,13 @@ class CudaBackend(ScalarBackend):
         super().__init__(model, engine_for(model, engine), controls, threads=1)
         check_traced(self.engine)
 
-    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
-        rows = np.array(directions).reshape(len(directions), self.engine.n_directions)
+    def _carried(
+        self, d: Floats, directions: Floats, watch: bool = False, section: Section | None = None
+    ) -> Outputs:
         kernels = _map_kernels(self.engine, self.kernels, len(directions))
         outputs = new_outputs(d.shape, len(directions))
         for part in batches(d.size, len(outputs)):
-            inputs = (*self._parameters, rows, self.controls, float(watch), d[part])
+            inputs = (*self._parameters, directions, self.controls, float(watch), d[part])
             batch = [array[part] for array in outputs]
             launch_on_gpu(kernels.carry_each, d[part].size, inputs, batch)
         return outputs
@@ -89,11 +89,11 @@ def batches(n: int, numbers: int) -> list[slice]:
 def _map_kernels(engine: Engine, carrying: ModuleType, n_columns: int) -> ModuleType:
     """Kernels that carry motions of an engine with so many tangents."""
     key = f"{engine.key}-{len(engine.laws)}-{n_columns}"
-    arrays = (new_scratch(engine, n_columns), engine.laws, np.zeros(1, dtype=np.int8))
+    arrays = (scratch_of(engine, n_columns), engine.laws, NO_ITINERARY)
     return instantiate(
         "stickslip.mechanics.eventmap._cuda_kernels",
         key,
-        carry=carrying.carry,
+        carry_number=carrying.carry_number,
         value_tangent=carrying.value_tangent,
         thread_arrays=local_arrays("cuda", thread_arrays=arrays).thread_arrays,
     )
@@ -132,7 +132,7 @@ def follow_on_gpu(
 
 
 def _follow_kernels(engine: Engine, following: ModuleType) -> ModuleType:
-    arrays = (new_scratch(engine, 0), new_scratch(engine, 1), NO_ITINERARY)
+    arrays = (scratch_of(engine, 0), scratch_of(engine, 1), NO_ITINERARY)
     return instantiate(
         "stickslip.mechanics.eventmap._cuda_follow_kernels",
         engine.key,

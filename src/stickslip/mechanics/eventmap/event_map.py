@@ -20,7 +20,6 @@ from stickslip.checks import (
     whole_number,
 )
 from stickslip.mechanics.eventmap.backend import Backend, ScalarBackend
-from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.lanes import (
     EqualLaneBackend,
     LaneBackend,
@@ -474,13 +473,12 @@ def backend_for(
         from stickslip.mechanics.eventmap.cuda import CudaBackend  # needs numba-cuda
 
         return CudaBackend(model, engine, controls)
-    scalar: ScalarBackend | BlocksBackend
     if isinstance(model, TwoBlock) and model.damping == 0.0:
         scalar = ScalarBackend(model, engine_for(model, engine), controls, threads)
         if scalar.engine.name == "exact" and lanes_serve(controls):
             return EqualLaneBackend(scalar)
     else:
-        scalar = BlocksBackend(model, block_engine(model, engine), controls, threads)
+        scalar = ScalarBackend(model, block_engine(model, engine), controls, threads)
     if scalar.name in ("taylor", "series"):
         numbers, series = pair_numbers(model.plant), law_series(model.laws)
         if numbers is not None and series is not None:

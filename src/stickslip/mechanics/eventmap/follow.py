@@ -6,17 +6,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.mechanics.eventmap.backend import NO_ITINERARY, new_scratch
+from stickslip.mechanics.eventmap.backend import NO_ITINERARY, driver, scratch_of
 from stickslip.mechanics.eventmap.lanes import lanes_serve, new_lane_scratch
 from stickslip.mechanics.eventmap.records import ModelTable, new_batch, new_followed
-from stickslip.mechanics.flow.engine import bind_engine, start_direction
 from stickslip.numerics.long_run import new_long_run, new_path
 from stickslip.numerics.targets import instantiate
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from stickslip.mechanics.eventmap.records import Batch, Controls, Followed, Scratch
+    from stickslip.mechanics.eventmap.records import Batch, Controls, Followed
     from stickslip.mechanics.flow.engine import Engine
     from stickslip.mechanics.flow.system import Floats
     from stickslip.numerics.long_run import LongRun
@@ -59,7 +58,7 @@ def follow(
             followed=followed,
         )
         return verdicts, followed
-    scratch = _scratch(engine, 0), _scratch(engine, 1)
+    scratch = (scratch_of(engine, 0), scratch_of(engine, 1))
     if engine.name == "exact" and lanes_serve(controls):
         _kernels(engine, "_lane_follow_kernels").follow_batch(
             models,
@@ -99,19 +98,11 @@ def _batch(m: int, n: int) -> Batch:
 
 
 def _kernels(engine: Engine, template: str) -> ModuleType:
-    maps = bind_engine("stickslip.mechanics.eventmap._kernels", engine)
+    maps = driver(engine)
     return instantiate(
         f"stickslip.mechanics.eventmap.{template}",
         engine.key,
         cached=engine.cached,
-        carry=maps.carry,
+        carry_number=maps.carry_number,
         value_tangent=maps.value_tangent,
     )
-
-
-def _scratch(engine: Engine, n_columns: int) -> Scratch:
-    scratch = new_scratch(engine, n_columns)
-    for column in range(n_columns):
-        scratch.motion.directions[column] = start_direction(engine)
-        scratch.long_motion.directions[column] = start_direction(engine)
-    return scratch

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.flow.blocks.system import BlockMotion
 from stickslip.mechanics.flow.system import Motion
 from stickslip.numerics.targets import kernel
 
@@ -14,6 +15,8 @@ LEFT, RIGHT, LEFT_AGAIN = np.uint64(13), np.uint64(7), np.uint64(17)
 
 
 GLOBAL_STICK = 4
+# Modes that a number of 64 bits tells.
+CODED = 32
 
 
 @kernel(inline=True)
@@ -31,9 +34,29 @@ def hashed(label: np.uint64, code: int) -> np.uint64:
     return label ^ np.uint64(code + 1)
 
 
+@kernel
+def noted(label: np.uint64, motion: Motion | BlockMotion) -> np.uint64:
+    """Hash of an itinerary with one more set of modes."""
+    code = 0
+    for i in range(motion.mode.shape[0]):
+        code = 3 * code + motion.mode[i] + 1
+        if i % CODED == CODED - 1:
+            label, code = hashed(label, code), 0
+    return hashed(label, code)
+
+
+@kernel
+def all_have(motion: Motion | BlockMotion, mode: int) -> bool:
+    """Whether all blocks are in one mode."""
+    for i in range(motion.mode.shape[0]):
+        if motion.mode[i] != mode:
+            return False
+    return True
+
+
 SYMBOLS = "-.+"
 
 
-def itinerary_text(codes: NDArray[np.int8]) -> str:
-    """Write codes of mode pairs as ``"-. -- .- .."``: backward, stick, forward."""
-    return " ".join(SYMBOLS[code // 3] + SYMBOLS[code % 3] for code in codes.tolist())
+def itinerary_text(modes: NDArray[np.int8]) -> str:
+    """Write rows of modes as ``"-. -- .- .."``: backward, stick, forward."""
+    return " ".join("".join(SYMBOLS[mode + 1] for mode in row) for row in modes.tolist())

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
-from stickslip.mechanics.eventmap.blocks import BlocksBackend
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools, new_outputs
 from stickslip.mechanics.flow._lane_kernels import CoulombConstants, Pair, constants_at
 from stickslip.mechanics.flow.engine import Engine
@@ -116,9 +115,9 @@ LANE_TILE = 8192
 class BatchBackend:
     """Many motions at once; the scalar backend carries what that declines, and tells the rest."""
 
-    scalar: ScalarBackend | BlocksBackend | PoolBackend
+    scalar: ScalarBackend | PoolBackend
 
-    def __init__(self, scalar: ScalarBackend | BlocksBackend | PoolBackend) -> None:
+    def __init__(self, scalar: ScalarBackend | PoolBackend) -> None:
         self.scalar = scalar
         self.name: str = scalar.name
         self.threads: int = scalar.threads
@@ -216,7 +215,7 @@ class EqualLaneBackend(LaneBackend):
                 stop,
                 scalar.engine.system,
                 scalar.engine.laws,
-                scalar.scratch(()),
+                scalar.scratch(scalar.no_directions),
                 scalar.controls,
                 NO_ITINERARY,
             )
@@ -227,7 +226,7 @@ class EqualLaneBackend(LaneBackend):
     def _orbits(self) -> ModuleType:
         template = "stickslip.mechanics.eventmap._lane_follow_kernels"
         kernels, engine = self.scalar.kernels, self.scalar.engine
-        bindings = {name: getattr(kernels, name) for name in ("carry", "value_tangent")}
+        bindings = {name: getattr(kernels, name) for name in ("carry_number", "value_tangent")}
         return instantiate(template, engine.key, cached=engine.cached, **bindings)
 
 
@@ -268,11 +267,9 @@ class PoolBackend(BatchBackend):
     The scalar backend carries what pools hand over. Which of them does depends on the motion alone.
     """
 
-    scalar: ScalarBackend | BlocksBackend
+    scalar: ScalarBackend
 
-    def __init__(
-        self, scalar: ScalarBackend | BlocksBackend, numbers: Floats, series: LawSeries
-    ) -> None:
+    def __init__(self, scalar: ScalarBackend, numbers: Floats, series: LawSeries) -> None:
         super().__init__(scalar)
         self.numbers, self.series = numbers, series
         self.damped = bool(numbers[0, DAMP:DRIFT].any())

@@ -13,6 +13,7 @@ from stickslip.results.files import register_map
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Any
 
     from stickslip.mechanics.flow.engine import EngineName
@@ -102,15 +103,20 @@ def event_map(
     )
 
 
-def _values_of(f: EventMap | BlocksEventMap) -> dict[str, Any]:
-    """Describe an event map for files of results, apart from the machine it runs on."""
+def _values_of(f: Any) -> dict[str, Any]:
+    """Describe a map of a model for files of results, apart from the machine it runs on."""
     settings = {name: value for name, value in f.settings.items() if name not in NOT_KEPT}
     return {"model": model_values(f.model), "settings": settings}
 
 
-def _event_map_of(values: dict[str, Any]) -> EventMap | BlocksEventMap:
-    return event_map(model_of_values(values["model"]), **values["settings"])
+def register_model_map(kind: str, made: type, make: Callable[..., Any]) -> None:
+    """Let files of results hold maps that `make` makes of a model and settings."""
+
+    def again(values: dict[str, Any]) -> Any:
+        return make(model_of_values(values["model"]), **values["settings"])
+
+    register_map(kind, made, _values_of, again)
 
 
-register_map("event map", EventMap, _values_of, _event_map_of)
-register_map("event map of blocks", BlocksEventMap, _values_of, _event_map_of)
+register_model_map("event map", EventMap, event_map)
+register_model_map("event map of blocks", BlocksEventMap, event_map)

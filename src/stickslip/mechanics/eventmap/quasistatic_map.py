@@ -12,25 +12,22 @@ import numpy as np
 from stickslip.checks import finite_number, shown, whole_number
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
 from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.of_model import register_model_map
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.recorder import TwoBlockRecorder
 from stickslip.mechanics.flow.system import BETA, START
 from stickslip.mechanics.flow.trajectory import Trajectory
 from stickslip.mechanics.model.arguments import two_blocks
-from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.results.files import register_map
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike
 
-    from stickslip.mechanics.eventmap.records import Controls, Outputs
+    from stickslip.mechanics.eventmap.records import Controls, Outputs, Section
     from stickslip.mechanics.flow.engine import EngineName
     from stickslip.mechanics.flow.recorder import Recorder
     from stickslip.numerics.arrays import Floats
@@ -51,19 +48,16 @@ class QuasistaticBackend(ScalarBackend):
     def last_forces(self, d: Floats) -> tuple[Floats, Floats]:
         """Needed forces (n, 2) as the slip from each d begins, and as it has ended (or NaN)."""
         first, last = np.full((d.size, 2), np.nan), np.full((d.size, 2), np.nan)
-        scratch, engine = self.scratch(()), self.engine
+        scratch, engine = self.scratch(self.no_directions), self.engine
         alpha, beta, _ = engine.system
         for k, start in enumerate(d.tolist()):
             lead = min(1.0 + (1.0 + 2.0 * alpha) * start, beta)
             first[k] = lead - (1.0 + 2.0 * alpha) * start, lead
-            value, *_, status = self.kernels.carry(
+            *_, status = self.kernels.carry_number(
                 engine.system, engine.laws, start, scratch, self.controls, NO_ITINERARY
             )
-            if status != OK:
-                continue
-            # A motion of very many events ends in the twin that watches for a loop.
-            ends = [motion.e for motion in (scratch.motion, scratch.long_motion)]
-            last[k] = min(ends, key=lambda e: abs((e[1] - e[0]) / (1.0 + 2.0 * alpha) - value))
+            if status == OK:
+                last[k] = scratch.motion.e
         return first, last
 
     def recorder(self, d: float) -> Recorder:
@@ -72,7 +66,9 @@ class QuasistaticBackend(ScalarBackend):
         recorder.start_on_belt(np.array([d]))
         return recorder
 
-    def _carried(self, d: Floats, directions: Sequence[Floats], watch: bool = False) -> Outputs:
+    def _carried(
+        self, d: Floats, directions: Floats, watch: bool = False, section: Section | None = None
+    ) -> Outputs:
         outputs = super()._carried(d, directions, watch)
         alpha, beta, _ = self.engine.system
         lead = 1.0 + (1.0 + 2.0 * alpha) * d - beta  # of block 2 as block 1 leaves; 0: together
@@ -90,7 +86,7 @@ class QuasistaticBackend(ScalarBackend):
         if alpha == 0.0 or direction[BETA] != 0.0 or direction[START] == 0.0:
             return np.full(d.size, np.nan)
         step = 1e-6 / (1.0 + 2.0 * alpha)
-        beside = super()._carried(d - step, ()).value
+        beside = super()._carried(d - step, self.no_directions).value
         return np.copysign(np.inf, value - beside)
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
@@ -293,13 +289,8 @@ def _checked(model: object) -> TwoBlock:
     return model
 
 
-def _values_of(f: QuasistaticMap) -> dict[str, Any]:
-    settings = {name: value for name, value in f.settings.items() if name != "threads"}
-    return {"model": model_values(f.model), "settings": settings}
+def _map_of(model: object, **settings: Any) -> QuasistaticMap:
+    return QuasistaticMap(_checked(model), **settings)
 
 
-def _map_of(values: dict[str, Any]) -> QuasistaticMap:
-    return QuasistaticMap(_checked(model_of_values(values["model"])), **values["settings"])
-
-
-register_map("quasi-static map", QuasistaticMap, _values_of, _map_of)
+register_model_map("quasi-static map", QuasistaticMap, _map_of)

@@ -11,13 +11,7 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.loop import Loop
 from stickslip.mechanics.flow._lane_kernels import CoulombConstants
-from stickslip.mechanics.flow.blocks.system import (
-    BlockDirections,
-    BlockMotion,
-    BlockWork,
-    RowChanges,
-    Rows,
-)
+from stickslip.mechanics.flow.blocks.system import RowChanges, Rows, sparse_changes
 from stickslip.mechanics.flow.system import Floats, Ints, Motion
 
 
@@ -44,11 +38,13 @@ class Outputs(NamedTuple):
 class Scratch(NamedTuple):
     """Arrays of one thread."""
 
-    motion: Motion
-    long_motion: Motion  # twin with the columns of a loop
-    saved: Motion
+    motion: Any  # Motion or BlockMotion, as the next two
+    long_motion: Any  # twin with the columns of a loop
+    saved: Any
     loop: Loop
     work: Any  # of the engine
+    section: Any  # Section; None of two undamped equal blocks
+    point: Floats  # (numbers of a point,)
 
 
 class Pools(NamedTuple):
@@ -86,18 +82,6 @@ class Clock(NamedTuple):
     margin: float
 
 
-class BlockScratch(NamedTuple):
-    """Arrays of one thread for n blocks; as `Scratch`."""
-
-    motion: BlockMotion
-    directions: BlockDirections
-    long_motion: BlockMotion
-    long_directions: BlockDirections
-    saved: BlockMotion
-    loop: Loop
-    work: BlockWork
-
-
 class SectionChanges(NamedTuple):
     """Derivatives of a section and its points, an entry for each direction."""
 
@@ -119,6 +103,27 @@ class Section(NamedTuple):
     into: Floats  # (n, waves + numbers + 1)
     out: Rows  # the point at a state z
     changes: SectionChanges
+
+
+def still(count: int, n_point: int, into: Floats, n_harmonics: int) -> SectionChanges:
+    """Return changes of a section that does not change itself, only with its point."""
+    none = np.zeros((count, n_harmonics))
+    return SectionChanges(
+        point=np.eye(count, n_point),
+        into=np.zeros((count, *into.shape)),
+        out=sparse_changes([None] * count, n_point, [False] * count),
+        period=np.zeros(count),
+        frequency=none,
+        phase=none,
+    )
+
+
+def global_stick(n: int) -> Section:
+    """Global stick of n + 1 blocks, and differences as the point; changes in their directions."""
+    into = np.zeros((0, 0))
+    pairs = np.arange(n)[:, None] + np.array([0, 1])
+    out = Rows(2 * np.arange(n + 1), pairs.ravel(), np.tile([-1.0, 1.0], n), np.zeros(n))
+    return Section(-1, 0, False, 0.0, into, out, still(max(n, 1), n, into, 0))
 
 
 def new_outputs(shape: tuple[int, ...], n_columns: int) -> Outputs:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,29 @@ from stickslip.mechanics.flow.blocks.system import (
     BlockWork,
     block_directions,
     block_system,
+    new_block_motion,
     new_block_work,
+    widened,
 )
 from stickslip.mechanics.flow.blocks.transitions import settle, update_needed
-from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, START, VELOCITY, System
+from stickslip.mechanics.flow.system import (
+    ALPHA,
+    BETA,
+    LAWS,
+    START,
+    VELOCITY,
+    Motion,
+    System,
+    new_motion,
+)
+from stickslip.mechanics.flow.transitions import settle as settle_pair
 from stickslip.mechanics.friction.code import LawCode, law_code
 from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import instantiate
 
 if TYPE_CHECKING:
+    from stickslip.mechanics.flow.blocks.system import Bools
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.mechanics.model.plant import Reduced
     from stickslip.numerics.arrays import Floats
@@ -59,8 +72,10 @@ LAW_KERNELS = (
 
 @dataclass(frozen=True, eq=False)
 class Engine:
-    """Kernels that move a model, and the model in the form that they take."""
+    """Kernels that move two undamped equal blocks, and these in the form that they take."""
 
+    is_pair: ClassVar = True
+    n_states: ClassVar = 4
     name: str  # "exact", or of the adaptive engine "taylor", "collocation"
     key: str  # equal keys, equal machine code
     cached: bool  # kernels can be kept on disk
@@ -82,6 +97,43 @@ class Engine:
     def new_work(self) -> Any:
         """Scratch arrays of the kernels for one motion."""
         return self.kernels.new_work()
+
+    def new_motion(self, directions: Floats) -> Motion:
+        """Arrays for one motion with a tangent for each direction."""
+        motion = new_motion(len(directions), self.n_law_parameters)
+        return motion._replace(directions=directions)
+
+    def settle(self, motion: Motion, _work: Any) -> bool:
+        """Change the modes of a motion at an event; tell whether any changed."""
+        before = motion.mode.copy()
+        settle_pair(self.system, motion)
+        return bool((motion.mode != before).any())
+
+    def directions(self, starts: Floats | None = None) -> Floats:
+        """Rows of `directions`: of the starting d, if it is given."""
+        rows = np.zeros((0 if starts is None else len(starts), self.n_directions))
+        rows[:, START] = 1.0
+        return rows
+
+    def along(self, model: TwoBlock, name: str) -> Floats:
+        """Row of `directions` for a derivative in a parameter that the model has."""
+        row = np.zeros((1, self.n_directions))
+        own = {"alpha": ALPHA, "beta": BETA, "V": VELOCITY}
+        if name in own:
+            row[0, own[name]] = 1.0
+            return row
+        for block, own_name in model.law_parameters[name]:
+            j = self.code.parameter_index(model.laws[block], own_name)
+            row[0, LAWS + block * self.n_law_parameters + j] = 1.0
+        return row
+
+    def widened(self, directions: Floats, n_more: int) -> Floats:
+        """Directions with some more that change nothing."""
+        return np.pad(directions, ((0, n_more), (0, 0)))
+
+    def columns(self, directions: Floats) -> Floats:
+        """Return an entry for each direction."""
+        return directions
 
 
 def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
@@ -143,48 +195,16 @@ def sliding_kernels(code: LawCode) -> ModuleType:
     return instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
 
 
-def bind_engine(template: str, engine: Engine) -> ModuleType:
-    """Instantiate a template of kernels that calls ``advance`` and ``landing_rate``."""
-    return instantiate(
-        template,
-        engine.key,
-        cached=engine.cached,
-        advance=engine.kernels.advance,
-        landing_rate=engine.kernels.landing_rate,
-        slides_for_ever=engine.kernels.slides_for_ever,
-    )
-
-
-# --- tangent directions -----------------------------------------------------------------------
-
-
-def start_direction(engine: Engine) -> NDArray[np.float64]:
-    """Row of `directions` for a derivative in the starting d."""
-    row = np.zeros(engine.n_directions)
-    row[START] = 1.0
-    return row
-
-
-def parameter_direction(engine: Engine, model: TwoBlock, name: str) -> NDArray[np.float64]:
-    """Row of `directions` for a derivative in a parameter that the model has."""
-    row = np.zeros(engine.n_directions)
-    own = {"alpha": ALPHA, "beta": BETA, "V": VELOCITY}
-    if name in own:
-        row[own[name]] = 1.0
-        return row
-    for block, own_name in model.law_parameters[name]:
-        j = engine.code.parameter_index(model.laws[block], own_name)
-        row[LAWS + block * engine.n_law_parameters + j] = 1.0
-    return row
-
-
 STEPPER = "stickslip.mechanics.flow.blocks._stepper_kernels"
 
 
 @dataclass(frozen=True, eq=False)
 class BlockEngine:
-    """Kernels that move a model with n blocks, and the model in the form that they take."""
+    """Kernels that move a plant, and the plant in the form that they take."""
 
+    is_pair: ClassVar = False
+    cached: ClassVar = True  # kernels can be kept on disk
+    name: ClassVar = "series"
     key: str  # equal keys, equal machine code
     kernels: ModuleType  # advance, landing_rate, slides_for_ever, ORDER
     code: LawCode
@@ -194,6 +214,27 @@ class BlockEngine:
     def new_work(self) -> BlockWork:
         """Scratch arrays of the kernels for one motion."""
         return new_block_work(self.system, self.code.N_ROWS, self.kernels.ORDER)
+
+    @property
+    def n_states(self) -> int:
+        """Numbers of a state."""
+        return len(self.system.constant) - len(self.system.mass)
+
+    def new_motion(self, directions: BlockDirections) -> BlockMotion:
+        """Arrays for one motion with a tangent for each direction."""
+        return new_block_motion(self.system, directions)
+
+    def along(self, model: BeltModel, name: str) -> BlockDirections:
+        """Direction of change with a parameter."""
+        return self.directions(changes=[self.change(model, name)])
+
+    def widened(self, directions: BlockDirections, n_more: int) -> BlockDirections:
+        """Directions with some more that change nothing."""
+        return widened(directions, n_more)
+
+    def columns(self, directions: BlockDirections) -> Bools:
+        """Return an entry for each direction."""
+        return directions.varies
 
     @property
     def has_feet(self) -> bool:
@@ -207,10 +248,10 @@ class BlockEngine:
         else:
             self.kernels.refresh(self.system, self.laws, motion)
 
-    def settle(self, motion: BlockMotion, rates: Floats) -> bool:
+    def settle(self, motion: BlockMotion, work: BlockWork) -> bool:
         """Change the modes of a motion at an event; tell whether any changed."""
         if self.system.joint is None:
-            return bool(settle(self.system, self.laws, motion, rates))
+            return bool(settle(self.system, self.laws, motion, work.rates))
         return bool(settle_together(self.system, self.laws, motion))
 
     def directions(
@@ -252,9 +293,10 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
             "series: write the law with arithmetic and numpy functions, without branches."
         )
     plant = model.plant
+    key = f"blocks-{code.key}" + "-coupled" * plant.is_coupled + "-feet" * bool(plant.elastic)
     return BlockEngine(
-        key=f"blocks-{code.key}",
-        kernels=_stepper_of(code, plant.is_coupled, bool(plant.elastic)),
+        key=key,
+        kernels=_stepper_of(code, key, plant.is_coupled, bool(plant.elastic)),
         code=code,
         system=block_system(plant),
         laws=code.parameter_rows(model.laws),
@@ -262,8 +304,7 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
 
 
 @lru_cache(maxsize=64)
-def _stepper_of(code: LawCode, coupled: bool, feet: bool) -> ModuleType:
+def _stepper_of(code: LawCode, key: str, coupled: bool, feet: bool) -> ModuleType:
     bindings: dict[str, Any] = {role: getattr(code, role) for role in LAW_KERNELS}
     bindings["least_slope"] = sliding_kernels(code).least_slope
-    key = f"blocks-{code.key}" + "-coupled" * coupled + "-feet" * feet
     return instantiate(STEPPER, key, COUPLED=coupled, FEET=feet, **bindings)

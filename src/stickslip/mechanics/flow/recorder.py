@@ -7,30 +7,26 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.blocks import transitions as blocks
-from stickslip.mechanics.flow.blocks.system import (
-    BlockMotion,
-    new_block_motion,
-)
+from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockWork
 from stickslip.mechanics.flow.dense import FORCE_ROUNDING
-from stickslip.mechanics.flow.engine import BlockEngine, Engine
+from stickslip.mechanics.flow.engine import BlockEngine
 from stickslip.mechanics.flow.system import (
     BACKWARD,
     LANDING,
     LOST,
     MAX_INSTANT,
-    Motion,
     Phases,
     System,
     limit,
     new_motion,
 )
-from stickslip.mechanics.flow.transitions import onset, round_landings, settle
+from stickslip.mechanics.flow.transitions import onset, round_landings
 from stickslip.mechanics.model.arguments import Model
 from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
@@ -75,11 +71,13 @@ class Recorder(ABC):
 
     # Keeps the `last` steps and global stick phases, or all; `dense`: what is inside steps too.
 
-    motion: Motion | BlockMotion
-
-    def __init__(self, *, rtol: float, dense: bool, last: int | None = None) -> None:
+    def __init__(self, engine: Any, *, rtol: float, dense: bool, last: int | None = None) -> None:
+        self.engine = engine  # Engine or BlockEngine
+        self.motion = engine.new_motion(engine.directions())
+        self.work = engine.new_work()
         self.rtol = rtol
         self.dense = dense
+        self.polynomials: deque[Any] = deque()  # of each step, if closed forms are none
         self.record: deque[Step] = deque(maxlen=last)
         self.t = 0.0
         self.n_events = 0
@@ -119,18 +117,46 @@ class Recorder(ABC):
         self.record.append(Step(self.t, self._state(), self.mode.copy()))
 
     @abstractmethod
-    def _advance(self, cap: float) -> tuple[float, int]:
-        """Take one step of at most `cap`, with the change of modes that ends it."""
+    def _series(self) -> Any:
+        """Polynomials of the step just taken, copies."""
 
     @abstractmethod
-    def _slides_for_ever(self) -> bool:
-        """Whether it can be shown that no block sticks again."""
+    def _note_global_stick(self) -> None:
+        """Keep the differences of a global stick phase, if one begins."""
 
     @abstractmethod
     def _inside(self) -> StatesInside:
         """How to evaluate the recorded steps."""
 
     # --- following ---------------------------------------------------------------------------
+
+    @property
+    def _keeps_polynomials(self) -> bool:
+        return self.dense and self.engine.name != "exact"
+
+    def _slides_for_ever(self) -> bool:
+        """Whether it can be shown that no block sticks again."""
+        engine, motion = self.engine, self.motion
+        if not (motion.mode == BACKWARD).all():
+            return False
+        return bool(engine.kernels.slides_for_ever(engine.system, engine.laws, motion, self.work))
+
+    def _advance(self, cap: float) -> tuple[float, int]:
+        """Take one step of at most `cap`, with the change of modes that ends it."""
+        engine, motion = self.engine, self.motion
+        t, status = engine.kernels.advance(
+            engine.system, engine.laws, motion, self.work, self.rtol, cap
+        )
+        if status != status_codes.OK:
+            return 0.0, int(status)
+        if self._keeps_polynomials:
+            self.polynomials.append(self._series())
+        if motion.event.any():
+            if (motion.event == LOST).any():
+                return t, status_codes.CONTACT_LOST
+            self.n_events += engine.settle(motion, self.work)
+            self._note_global_stick()
+        return t, status_codes.OK
 
     def run(self, t_end: float, max_events: int, *, until_stick: bool) -> int:
         """Move until `t_end` or a limit, or the next global stick phase; return a status."""
@@ -229,15 +255,6 @@ class Sums:
 class TwoBlockRecorder(Recorder):
     """A motion of a `TwoBlock`."""
 
-    def __init__(
-        self, engine: Engine, *, rtol: float, dense: bool, last: int | None = None
-    ) -> None:
-        super().__init__(rtol=rtol, dense=dense, last=last)
-        self.engine = engine
-        self.motion: Motion = new_motion(0, engine.n_law_parameters)
-        self.work = engine.new_work()
-        self.polynomials: list[tuple[Floats, Floats]] = []
-
     def start_on_belt(self, d: Floats) -> None:
         """Start at the end of the global stick phase `d`: there the first slip begins."""
         self.d.append(float(d[0]))
@@ -254,7 +271,7 @@ class TwoBlockRecorder(Recorder):
         motion.mode[:] = np.sign(motion.w)
         motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
         round_landings(self.engine.system, motion, FORCE_ROUNDING)
-        settle(self.engine.system, motion)
+        self.engine.settle(motion, self.work)
         self._note_global_stick()
 
     def _state(self) -> Floats:
@@ -265,31 +282,13 @@ class TwoBlockRecorder(Recorder):
         w, e = state[..., 0, :], state[..., 1, :]
         return displacements(self.engine.system.alpha, e), w + self.engine.system.V, w, e
 
-    def _slides_for_ever(self) -> bool:
-        engine, motion = self.engine, self.motion
-        if not (motion.mode == BACKWARD).all():
-            return False
-        return bool(engine.kernels.slides_for_ever(engine.system, engine.laws, motion, self.work))
-
     def _advance(self, cap: float) -> tuple[float, int]:
-        return self._slip(cap) if self.motion.mode.any() else (self._ride(cap), status_codes.OK)
+        if self.motion.mode.any():
+            return super()._advance(cap)
+        return self._ride(cap), status_codes.OK
 
-    def _slip(self, cap: float) -> tuple[float, int]:
-        """Take one step of the engine; blocks change modes at its end if there is an event."""
-        engine, motion = self.engine, self.motion
-        t, status = engine.kernels.advance(
-            engine.system, engine.laws, motion, self.work, self.rtol, cap
-        )
-        if status != status_codes.OK:
-            return 0.0, int(status)
-        if self._keeps_polynomials:
-            self.polynomials.append((self.work.w.copy(), self.work.e.copy()))
-        if motion.event.any():
-            before = motion.mode.copy()
-            settle(engine.system, motion)
-            self.n_events += bool((motion.mode != before).any())
-            self._note_global_stick()
-        return t, status_codes.OK
+    def _series(self) -> tuple[Floats, Floats]:
+        return self.work.w.copy(), self.work.e.copy()
 
     def _ride(self, cap: float) -> float:
         """Global stick: the needed forces grow with the belt until one reaches its limit."""
@@ -303,10 +302,6 @@ class TwoBlockRecorder(Recorder):
             return cap
         self._leave_belt()
         return t
-
-    @property
-    def _keeps_polynomials(self) -> bool:
-        return self.dense and self.engine.name != "exact"
 
     def _riding_polynomials(self) -> tuple[Floats, Floats]:
         w = np.zeros_like(self.work.w)
@@ -382,22 +377,18 @@ class BlocksRecorder(Recorder):
         dense: bool,
         last: int | None = None,
     ) -> None:
-        super().__init__(rtol=rtol, dense=dense, last=last)
-        self.engine, self.model, self.plant = engine, model, model.plant
-        self.motion: BlockMotion = new_block_motion(engine.system, 0)
-        self.work = engine.new_work()
-        self.directions = engine.directions()
-        self.polynomials: list[Floats] = []
+        super().__init__(engine, rtol=rtol, dense=dense, last=last)
+        self.model, self.plant = model, model.plant
 
     def start_on_belt(self, d: Floats) -> None:
         """Start at the end of the global stick phase `d`: there the first slip begins."""
         self.d.append(np.array(d))
-        blocks.onset(self.engine.system, self.directions, self.motion, d)
+        blocks.onset(self.engine.system, self.motion, d)
         self.n_events += 1
 
     def start(self, x: Floats, v: Floats) -> None:
         """Start from any state; a contact at rest sticks if its force is in the limits."""
-        place(self.engine, self.motion, self.plant.coordinates(x, v), self.work.rates)
+        place(self.engine, self.motion, self.plant.coordinates(x, v), self.work)
         self._note_global_stick()
 
     def _state(self) -> Floats:
@@ -408,26 +399,8 @@ class BlocksRecorder(Recorder):
         z, e = np.split(state, [-self.plant.n_contacts], axis=-1)
         return *self.plant.states(z, t), z[..., -self.plant.n_contacts :], e
 
-    def _slides_for_ever(self) -> bool:
-        engine = self.engine
-        proved = engine.kernels.slides_for_ever(engine.system, engine.laws, self.motion, self.work)
-        return bool(proved)
-
-    def _advance(self, cap: float) -> tuple[float, int]:
-        engine, motion = self.engine, self.motion
-        t, status = engine.kernels.advance(
-            engine.system, engine.laws, self.directions, motion, self.work, self.rtol, cap
-        )
-        if status != status_codes.OK:
-            return 0.0, int(status)
-        if self.dense:
-            self.polynomials.append(self.work.z[self.plant.n_waves :].copy())
-        if motion.event.any():
-            if (motion.event == LOST).any():
-                return t, status_codes.CONTACT_LOST
-            self.n_events += engine.settle(motion, self.work.rates)
-            self._note_global_stick()
-        return t, status_codes.OK
+    def _series(self) -> Floats:
+        return np.asarray(self.work.z[self.plant.n_waves :].copy())
 
     def _note_global_stick(self) -> None:
         if self.plant.rubs_as_one and not self.motion.mode.any():
@@ -438,12 +411,12 @@ class BlocksRecorder(Recorder):
         return BlockSums(self.model, t, mode, np.array(self.polynomials))
 
 
-def place(engine: BlockEngine, motion: BlockMotion, z: Floats, rates: Floats) -> None:
+def place(engine: BlockEngine, motion: BlockMotion, z: Floats, work: BlockWork) -> None:
     """Start a motion at coordinates z, with the modes that they ask for."""
     motion.z[-z.size :] = z
     motion.clock[0] = 0.0
     motion.mode[:] = np.sign(motion.w)
     motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
-    rates[:] = 0.0
+    work.rates[:] = 0.0
     engine.refresh(motion)
-    engine.settle(motion, rates)
+    engine.settle(motion, work)

@@ -40,13 +40,15 @@ class System(NamedTuple):
 class Motion(NamedTuple):
     """One motion, changed in place by kernels; ``w``, ``e``, ``mode``, ``event``: one per block."""
 
+    z: Floats  # (4,): w, then e, which are parts of it
     w: Floats
     e: Floats
     w_low: Floats  # what rounding left out, where an engine keeps it
     e_low: Floats
     mode: Ints
     event: Ints
-    tangent_w: Floats  # (2, columns), a column for each row of directions
+    tangent_z: Floats  # (4, columns), a column for each row of directions
+    tangent_w: Floats
     tangent_e: Floats
     directions: Floats  # (columns, LAWS + law parameters of both blocks)
 
@@ -61,15 +63,18 @@ class Phases(NamedTuple):
 
 def new_motion(n_columns: int, n_law_parameters: int) -> Motion:
     """Arrays for one motion with `n_columns` tangents."""
+    z, tangent = np.zeros(4), np.zeros((4, n_columns))
     return Motion(
-        w=np.zeros(2),
-        e=np.zeros(2),
+        z=z,
+        w=z[:2],
+        e=z[2:],
         w_low=np.zeros(2),
         e_low=np.zeros(2),
         mode=np.zeros(2, dtype=np.int64),
         event=np.zeros(2, dtype=np.int64),
-        tangent_w=np.zeros((2, n_columns)),
-        tangent_e=np.zeros((2, n_columns)),
+        tangent_z=tangent,
+        tangent_w=tangent[:2],
+        tangent_e=tangent[2:],
         directions=np.zeros((n_columns, LAWS + 2 * n_law_parameters)),
     )
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
 from stickslip.mechanics.flow.blocks.joint import DEPENDENT, begin, couple, saltation_together
 from stickslip.mechanics.flow.blocks.system import (
-    BlockDirections,
     BlockMotion,
     BlockSystem,
     BlockWork,
@@ -64,7 +63,6 @@ SLACK = 4.0
 def advance(
     system: BlockSystem,
     laws: Floats,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     rtol: float,
@@ -85,13 +83,13 @@ def advance(
     if work.watch[0] != 0.0:
         work.margin[0] = min(work.margin[0], watch_step(system, motion, work, h))
     if motion.tangent_z.shape[1] > 0:
-        tangents(system, laws, directions, motion, work, h)
+        tangents(system, laws, motion, work, h)
     move(system, laws, motion, work, h)
     if motion.tangent_z.shape[1] > 0:
         if COUPLED:
-            saltation_together(system, directions, motion, work.rates)
+            saltation_together(system, motion, work.rates)
         else:
-            saltation(system, directions, motion, work.rates)
+            saltation(system, motion, work.rates)
     return h, OK
 
 
@@ -531,7 +529,6 @@ def watch_step(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: flo
 def tangents(
     system: BlockSystem,
     laws: Floats,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     h: float,
@@ -545,7 +542,7 @@ def tangents(
         series(laws[row], mode, work.rows[i], ORDER)
         series_tangent(laws[row], mode, work.rows[i], ORDER)
     for column in range(motion.tangent_z.shape[1]):
-        tangent_series(system, directions, motion, work, column)
+        tangent_series(system, motion, work, column)
         if COUPLED:
             for j in range(motion.mode.shape[0]):
                 _, motion.joint.rate[j], _ = jet(work.joint.drive[j], h)
@@ -557,7 +554,6 @@ def tangents(
 @kernel
 def tangent_series(
     system: BlockSystem,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     column: int,
@@ -569,38 +565,37 @@ def tangent_series(
         d_z[j, 0] = motion.tangent_z[j, column]
     for i in range(motion.y.shape[0]):
         if not work.bends[i]:
-            d_z[i, 1] = row_tangent_coefficient(system, directions, motion, work, i, column, 0)
+            d_z[i, 1] = row_tangent_coefficient(system, motion, work, i, column, 0)
     for k in range(ORDER + COUPLED):
         if FEET:
-            foot_tangents(system, directions, motion, work, column, k)
+            foot_tangents(system, motion, work, column, k)
         for a in range(work.n_active[0]):
             i = work.active[a]
             row = needed_row(motion, i)
-            pull = friction_tangent(system, directions, motion, work, i, column, k)
+            pull = friction_tangent(system, motion, work, i, column, k)
             if COUPLED:
                 work.joint.d_drive[i, k] = pull
                 continue
             if FEET and system.foot[i] >= 0:
                 continue
-            pull -= row_tangent_coefficient(system, directions, motion, work, row, column, k)
-            pull -= directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
+            pull -= row_tangent_coefficient(system, motion, work, row, column, k)
+            pull -= motion.directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
             d_w[i, k + 1] = pull / (system.mass[i] * (k + 1))
         if COUPLED:
-            couple_tangents(system, directions, motion, work, column, k)
+            couple_tangents(system, motion, work, column, k)
         if k == ORDER:
             break
         for a in range(work.n_active[1]):
             i = work.flowing[a]
-            change = row_tangent_coefficient(system, directions, motion, work, i, column, k)
+            change = row_tangent_coefficient(system, motion, work, i, column, k)
             d_z[i, k + 1] = change / (k + 1)
     if FEET and not COUPLED:
-        foot_tangents(system, directions, motion, work, column, ORDER)
+        foot_tangents(system, motion, work, column, ORDER)
 
 
 @kernel
 def foot_tangents(
     system: BlockSystem,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     column: int,
@@ -614,16 +609,16 @@ def foot_tangents(
         work.d_w[i, k] = 0.0
         needed, limit = needed_row(motion, i), limit_row(motion, i)
         if k == 0:
-            off = row_tangent_coefficient(system, directions, motion, work, needed, column, 0)
-            off -= friction_tangent(system, directions, motion, work, i, column, 0)
+            off = row_tangent_coefficient(system, motion, work, needed, column, 0)
+            off -= friction_tangent(system, motion, work, i, column, 0)
             work.d_z[system.foot[i], 0] -= off / system.mass[i]
         share = motion.mode[i] * work.rows[i, FORCE_ROW, 0]
-        rate = rate_tangent_coefficient(system, directions, motion, work, needed, column, k)
-        rate += share * rate_tangent_coefficient(system, directions, motion, work, limit, column, k)
-        if directions.varies[column]:
+        rate = rate_tangent_coefficient(system, motion, work, needed, column, k)
+        rate += share * rate_tangent_coefficient(system, motion, work, limit, column, k)
+        if motion.directions.varies[column]:
             change = 0.0
-            for j in range(directions.laws.shape[2]):
-                change += directions.laws[column, i, j] * work.rows[i, GRADIENT_ROW + j, 0]
+            for j in range(motion.directions.laws.shape[2]):
+                change += motion.directions.laws[column, i, j] * work.rows[i, GRADIENT_ROW + j, 0]
             rate += motion.mode[i] * change * rate_coefficient(system, work, limit, k)
         work.d_w[i, k] = -rate / system.mass[i]
 
@@ -631,7 +626,6 @@ def foot_tangents(
 @kernel
 def rate_tangent_coefficient(
     system: BlockSystem,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     row: int,
@@ -642,19 +636,20 @@ def rate_tangent_coefficient(
     change = 0.0
     for entry in range(system.first[row], system.first[row + 1]):
         own = system.column[entry]
-        moved = row_tangent_coefficient(system, directions, motion, work, own, column, k)
+        moved = row_tangent_coefficient(system, motion, work, own, column, k)
         change += system.entry[entry] * moved
-    if directions.varies[column]:
-        for entry in range(directions.first[column, row], directions.first[column, row + 1]):
-            own = directions.column[entry]
-            change += directions.entry[entry] * row_coefficient(system, work, own, k)
+    if motion.directions.varies[column]:
+        for entry in range(
+            motion.directions.first[column, row], motion.directions.first[column, row + 1]
+        ):
+            own = motion.directions.column[entry]
+            change += motion.directions.entry[entry] * row_coefficient(system, work, own, k)
     return change
 
 
 @kernel
 def couple_tangents(
     system: BlockSystem,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     column: int,
@@ -665,17 +660,17 @@ def couple_tangents(
     own = work.joint.d_own
     for i in range(n):
         row = needed_row(motion, i)
-        own[i] = row_tangent_coefficient(system, directions, motion, work, row, column, k)
-        if directions.varies[column]:
+        own[i] = row_tangent_coefficient(system, motion, work, row, column, k)
+        if motion.directions.varies[column]:
             for j in range(n):
-                own[i] -= directions.coupling[column, i, j] * work.joint.force[j, k]
+                own[i] -= motion.directions.coupling[column, i, j] * work.joint.force[j, k]
         if motion.mode[i] == 0:
             work.joint.d_drive[i, k] = own[i] if joint.bears[i] else 0.0
     for i in range(n):
         if FEET and system.foot[i] >= 0:
             continue
         if motion.mode[i] != 0 and k < ORDER:
-            pull = -own[i] - directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
+            pull = -own[i] - motion.directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
             for j in range(n):
                 pull += joint.response[i, j] * work.joint.d_drive[j, k]
             work.d_w[i, k + 1] = pull / (system.mass[i] * (k + 1))
@@ -684,7 +679,6 @@ def couple_tangents(
 @kernel(inline=True)
 def row_tangent_coefficient(
     system: BlockSystem,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     row: int,
@@ -695,18 +689,19 @@ def row_tangent_coefficient(
     change = 0.0
     for entry in range(system.first[row], system.first[row + 1]):
         change += system.entry[entry] * work.d_z[system.column[entry], k]
-    if directions.varies[column]:
+    if motion.directions.varies[column]:
         if k == 0:
-            change += directions.constant[column, row]
-        for entry in range(directions.first[column, row], directions.first[column, row + 1]):
-            change += directions.entry[entry] * work.z[directions.column[entry], k]
+            change += motion.directions.constant[column, row]
+        for entry in range(
+            motion.directions.first[column, row], motion.directions.first[column, row + 1]
+        ):
+            change += motion.directions.entry[entry] * work.z[motion.directions.column[entry], k]
     return change
 
 
 @kernel(inline=True)
 def friction_tangent(
     system: BlockSystem,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     block: int,
@@ -719,16 +714,15 @@ def friction_tangent(
     for j in range(k + 1):
         changed += work.rows[block, SLOPE_ROW, j] * work.d_w[block, k - j]
     changed *= mode
-    if directions.varies[column] or is_loaded(system, motion, block):
+    if motion.directions.varies[column] or is_loaded(system, motion, block):
         work.d_force[block, k] = changed
-        return -mode * varied_friction(system, directions, motion, work, block, column, k)
+        return -mode * varied_friction(system, motion, work, block, column, k)
     return -mode * motion.limit[block] * changed
 
 
 @kernel
 def varied_friction(
     system: BlockSystem,
-    directions: BlockDirections,
     motion: BlockMotion,
     work: BlockWork,
     block: int,
@@ -738,13 +732,13 @@ def varied_friction(
     """Coefficient k of the derivative of L F where parameters or L vary too."""
     # ``work.d_force`` holds that of F by the speed.
     d_limit, d_force = work.d_limit[block], work.d_force[block]
-    if directions.varies[column]:
-        for j in range(directions.laws.shape[2]):
-            d_parameter = directions.laws[column, block, j]
+    if motion.directions.varies[column]:
+        for j in range(motion.directions.laws.shape[2]):
+            d_parameter = motion.directions.laws[column, block, j]
             if d_parameter != 0.0:
                 d_force[k] += d_parameter * work.rows[block, GRADIENT_ROW + j, k]
     row = limit_row(motion, block)
-    d_limit[k] = row_tangent_coefficient(system, directions, motion, work, row, column, k)
+    d_limit[k] = row_tangent_coefficient(system, motion, work, row, column, k)
     changed = 0.0
     for j in range(k + 1):
         changed += work.limit[block, j] * d_force[k - j]

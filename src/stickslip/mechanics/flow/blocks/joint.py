@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 
-from stickslip.mechanics.flow.blocks.system import BlockDirections, BlockMotion, BlockSystem, Floats
+from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, Floats
 from stickslip.mechanics.flow.blocks.transitions import (
     FORCE_ROUNDING,
     force_tolerance,
@@ -218,13 +218,11 @@ def take_back(motion: BlockMotion) -> bool:
 
 
 @kernel
-def saltation_together(
-    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, rates: Floats
-) -> None:
+def saltation_together(system: BlockSystem, motion: BlockMotion, rates: Floats) -> None:
     """Move the tangents to an event, as `saltation`; a mechanism's overload reaches 0 there."""
     joint, n = motion.joint, motion.mode.shape[0]
     if joint.way[0] == 0:
-        saltation(system, directions, motion, rates)
+        saltation(system, motion, rates)
         return
     side = 1.0 if joint.way[0] > 0 else -1.0
     rate = rounding = 0.0
@@ -236,7 +234,7 @@ def saltation_together(
         rounding += abs(share) * force_tolerance(motion, i)
         rate -= abs(share) * row_rate(system, motion, rates, limit_row(motion, i))
         for column in range(motion.shift.shape[0]):
-            moved = row_tangent(system, directions, motion, limit_row(motion, i), column)
+            moved = row_tangent(system, motion.directions, motion, limit_row(motion, i), column)
             motion.shift[column] += abs(share) * moved
         for j in range(n):
             part = share * joint.response[i, j] if joint.bears[i] else 0.0

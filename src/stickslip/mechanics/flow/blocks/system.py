@@ -114,6 +114,7 @@ class BlockMotion(NamedTuple):
     tangent_w: Floats
     tangent_clock: Floats
     shift: Floats  # (columns,) of the clock at an event
+    directions: BlockDirections  # one for each column
     joint: Any  # Joint
 
 
@@ -193,9 +194,9 @@ def widened(directions: BlockDirections, n_more: int) -> BlockDirections:
     return wide._replace(column=directions.column, entry=directions.entry)
 
 
-def new_block_motion(system: BlockSystem, n_columns: int) -> BlockMotion:
-    """Arrays for one motion with some tangents."""
-    m = len(system.mass)
+def new_block_motion(system: BlockSystem, directions: BlockDirections) -> BlockMotion:
+    """Arrays for one motion with a tangent for each direction."""
+    m, n_columns = len(system.mass), len(directions.varies)
     n = len(system.constant) - m
     z, tangent = np.zeros(n), np.zeros((n, n_columns))
     return BlockMotion(
@@ -213,6 +214,7 @@ def new_block_motion(system: BlockSystem, n_columns: int) -> BlockMotion:
         tangent_w=tangent[n - m :],
         tangent_clock=np.zeros(n_columns),
         shift=np.zeros(n_columns),
+        directions=directions,
         joint=system.joint and _new_joint(m, n_columns),
     )
 

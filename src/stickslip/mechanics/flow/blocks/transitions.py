@@ -216,7 +216,7 @@ def growth(system: BlockSystem, motion: BlockMotion, block: int) -> float:
 
 
 @kernel
-def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion, d: Floats) -> int:
+def onset(system: BlockSystem, motion: BlockMotion, d: Floats) -> int:
     """End of the global stick phase with differences `d`; return how many blocks leave."""
     n = motion.mode.shape[0]
     motion.y[0] = 0.0
@@ -246,7 +246,7 @@ def onset(system: BlockSystem, directions: BlockDirections, motion: BlockMotion,
             motion.e[i] = limit
         else:
             motion.e[i] = min(max(motion.e[i], -motion.limit[i]), motion.limit[i])
-    onset_tangents(system, directions, motion, leader)
+    onset_tangents(system, motion, leader)
     return leaving
 
 
@@ -261,9 +261,7 @@ def room_to_limit(system: BlockSystem, motion: BlockMotion, block: int) -> float
 
 
 @kernel
-def onset_tangents(
-    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, leader: int
-) -> None:
+def onset_tangents(system: BlockSystem, motion: BlockMotion, leader: int) -> None:
     """Differentiate the displacements at the onset, which keeps the leader at its limit."""
     per_length = growth(system, motion, leader)
     side = 1.0 if per_length > 0.0 else -1.0
@@ -271,12 +269,12 @@ def onset_tangents(
         change = 0.0
         for i in range(motion.mode.shape[0]):
             if i > 0:
-                change += directions.start[column, i - 1]
+                change += motion.directions.start[column, i - 1]
             motion.tangent_y[i, column] = change
             motion.tangent_w[i, column] = 0.0
         motion.tangent_clock[column] = 0.0
-        needed = row_tangent(system, directions, motion, needed_row(motion, leader), column)
-        moved = row_tangent(system, directions, motion, limit_row(motion, leader), column)
+        needed = row_tangent(system, motion.directions, motion, needed_row(motion, leader), column)
+        moved = row_tangent(system, motion.directions, motion, limit_row(motion, leader), column)
         shift = (side * moved - needed) / per_length
         for i in range(motion.mode.shape[0]):
             motion.tangent_y[i, column] += math.copysign(1.0, system.V[0]) * shift
@@ -336,9 +334,7 @@ def settle(system: BlockSystem, laws: Floats, motion: BlockMotion, rates: Floats
 
 
 @kernel
-def saltation(
-    system: BlockSystem, directions: BlockDirections, motion: BlockMotion, rates: Floats
-) -> None:
+def saltation(system: BlockSystem, motion: BlockMotion, rates: Floats) -> None:
     """Move the tangents to the event that ``motion.event`` names, if any."""
     # `rates`: w' just before. The first contact with an event sets the time; at a touch (rate 0)
     # nothing is moved.
@@ -358,8 +354,12 @@ def saltation(
             if landing:
                 motion.shift[column] = -motion.tangent_w[block, column] / rate
             else:
-                needed = row_tangent(system, directions, motion, needed_row(motion, block), column)
-                moved = row_tangent(system, directions, motion, limit_row(motion, block), column)
+                needed = row_tangent(
+                    system, motion.directions, motion, needed_row(motion, block), column
+                )
+                moved = row_tangent(
+                    system, motion.directions, motion, limit_row(motion, block), column
+                )
                 motion.shift[column] = (side * moved - needed) / rate
         move_tangents(system, motion, rates)
         return

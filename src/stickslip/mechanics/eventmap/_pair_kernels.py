@@ -1,0 +1,139 @@
+"""How motions of two undamped equal blocks start and end: from global stick to global stick."""
+
+# Template (`numerics.targets.instantiate`): the stepper is bound.
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from stickslip.mechanics.eventmap.itinerary import all_have
+from stickslip.mechanics.flow.system import (
+    ALPHA,
+    AT_UPPER_LIMIT,
+    BETA,
+    FORWARD,
+    LANDING,
+    START,
+    STICK,
+    Floats,
+    Motion,
+    System,
+    limit,
+    loading_rate,
+)
+from stickslip.mechanics.flow.transitions import onset, settle
+from stickslip.numerics.rounding import two_sum
+from stickslip.numerics.targets import kernel
+from stickslip.status import OK
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow._exact_kernels import landing_rate
+
+
+@kernel(inline=True)
+def change_modes(system: System, laws: Floats, motion: Motion, work: Any) -> bool:
+    """Change the modes of all blocks at an event; tell whether any changed."""
+    first, second = motion.mode[0], motion.mode[1]
+    settle(system, motion)
+    return bool(motion.mode[0] != first or motion.mode[1] != second)
+
+
+@kernel(inline=True)
+def copy_rest(source: Any, target: Any) -> None:
+    """Copy what a motion has besides state, modes and their tangents."""
+    for block in range(2):
+        target.w_low[block] = source.w_low[block]
+        target.e_low[block] = source.e_low[block]
+
+
+@kernel
+def start_loop_tangent(system: System, motion: Motion, n_columns: int) -> None:
+    """Set the last four columns to the identity on the states that share the present modes."""
+    for j in range(4):
+        for k in range(4):
+            motion.tangent_z[j, n_columns + k] = 0.0
+        if j >= 2 or motion.mode[j] != STICK:
+            motion.tangent_z[j, n_columns + j] = 1.0
+
+
+@kernel
+def event_margin(system: System, laws: Floats, motion: Motion, work: Any) -> float:
+    """Clearance at an event: of landings from a touch, of all from the static limits."""
+    # A rider at its limit while the other slips forward may have come there tangentially.
+    margin = math.inf
+    for block in range(2):
+        room = abs(limit(system, block) - abs(motion.e[block]))
+        if motion.event[block] == LANDING:
+            rate = abs(landing_rate(system, laws, motion, block))
+            margin = min(margin, room, rate)
+        elif motion.mode[block] == STICK and motion.event[block] == 0:
+            margin = min(margin, room)
+        elif motion.mode[block] == STICK and motion.mode[1 - block] == FORWARD:
+            margin = min(margin, abs(loading_rate(system, motion.w, block)))
+    return margin
+
+
+@kernel
+def begin(
+    system: System, laws: Floats, section: None, motion: Motion, work: Any, point: Floats
+) -> int:
+    """Start a motion at a point, its events in ``motion.event``."""
+    onset(system, motion, point[0])
+    work.margin[0] = math.inf
+    work.sliding[0] = 0.0
+    for block in range(2):
+        motion.event[block] = 0 if motion.mode[block] == STICK else AT_UPPER_LIMIT
+    if motion.mode[0] == motion.mode[1]:
+        slope_of_tie(system, laws, motion, point[0])
+        work.margin[0] = 0.0
+    return OK
+
+
+@kernel
+def slope_of_tie(system: System, laws: Floats, motion: Motion, d: float) -> None:
+    """Tangents where both blocks leave together: those of smaller d, block 1 a little earlier."""
+    # Block 2 then leaves once its force, 1 + spread at the onset, has grown to beta at rate V.
+    rate = landing_rate(system, laws, motion, 0)
+    for column in range(motion.directions.shape[0]):
+        direction = motion.directions[column]
+        d_spread = (1.0 + 2.0 * system.alpha) * direction[START] + 2.0 * d * direction[ALPHA]
+        delay = (direction[BETA] - d_spread) / system.V
+        motion.tangent_w[0, column] = rate * delay
+        motion.tangent_e[0, column] = system.V * delay
+
+
+@kernel(inline=True)
+def has_arrived(section: None, motion: Motion, before: int) -> bool:
+    """Whether an event ends a motion."""
+    return all_have(motion, STICK)
+
+
+@kernel
+def difference(system: System, motion: Motion) -> float:
+    """D = (e_2 - e_1) / (1 + 2 alpha) at the present state."""
+    gap, low = two_sum(motion.e[1], -motion.e[0])
+    low += motion.e_low[1] - motion.e_low[0]
+    return (gap + low) / (1.0 + 2.0 * system.alpha)
+
+
+@kernel(inline=True)
+def read_point(section: None, system: System, motion: Motion, point: Floats) -> None:
+    """Point at the present state."""
+    point[0] = difference(system, motion)
+
+
+@kernel
+def read_tangent(section: None, system: System, motion: Motion, slopes: Floats) -> None:
+    """Differentiate what `read_point` tells, in all directions."""
+    value = difference(system, motion)
+    for column in range(slopes.shape[1]):
+        slopes[0, column] = value_tangent(system, motion, value, column)
+
+
+@kernel
+def value_tangent(system: System, motion: Motion, value: float, column: int) -> float:
+    """Differentiate d = (e_2 - e_1) / (1 + 2 alpha) in the direction of a column."""
+    difference = motion.tangent_e[1, column] - motion.tangent_e[0, column]
+    growth = 2.0 * value * motion.directions[column, ALPHA]
+    return (difference - growth) / (1.0 + 2.0 * system.alpha)
