@@ -11,11 +11,10 @@ from stickslip.analysis.bifurcations.in_space.curves_nd import follow_bifurcatio
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
-from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
 from stickslip.analysis.continuation.curve import Curve
 from stickslip.analysis.continuation.orbit_follower import OrbitProblem
 from stickslip.analysis.maps.arguments import line_family
-from stickslip.analysis.maps.protocol_nd import FamilyND
+from stickslip.analysis.maps.protocol import FamilyND
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
 from stickslip.checks import shown
@@ -124,7 +123,7 @@ def follow(
         if not isinstance(f_nd, FamilyND):
             raise ValueError(f"system = {shown(f_nd)} has no parameters to vary.")
         what, known = "an orbit in R^n", ("max_step", "max_points")
-        return _call(follow_orbit_nd, what, given, (thing, f_nd, parameter, range), known)
+        return _call(follow_orbit, what, given, (thing, f_nd, parameter, range), known)
     if isinstance(thing, Breakpoint | TrackedDiscontinuity):
         f = line_family(_known_system(thing, "breakpoint"))
         return _call(follow_breakpoint, "a breakpoint", given, (thing, f, parameter, range), ())

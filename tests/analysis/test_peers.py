@@ -14,7 +14,7 @@ import pytest
 from tests.analysis.plane_maps import TURN, henon, newton, points, standard
 
 import stickslip as ss
-from stickslip.analysis.maps.protocol_nd import box_points
+from stickslip.analysis.maps.protocol import box_points
 
 PRINTED = 1e-5  # AUTO prints six digits, of values known to EPSL = EPSU = 1e-6
 FOUR = 5e-5  # of four decimals

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.protocol import clip_to_domain, mix_labels, sample
-from stickslip.analysis.maps.protocol_nd import sample as sample_nd
 from stickslip.mechanics.eventmap.records import Followed, new_followed
 from stickslip.numerics.long_run import (
     PERIODIC,
@@ -90,7 +89,7 @@ def follow_map(f: Any, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Fo
     for i in np.flatnonzero(admitted).tolist():
         if not defined[i].all():
             last = int(np.argmin(defined[i])) - 1
-            at_end = (sample if on_line else sample_nd)(f, orbits[i, last])
+            at_end = sample(f, orbits[i, last])
             followed.steps[i], followed.status[i] = last, at_end.status
             continue
         points = orbits[i, run.transient :]

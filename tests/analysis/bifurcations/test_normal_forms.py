@@ -11,7 +11,7 @@ from tests.analysis import known_maps as examples
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.normal_forms import (
-    FlipCoefficient,
+    CubicCoefficient,
     FoldCoefficient,
     flip_coefficient,
     fold_coefficient,
@@ -44,8 +44,8 @@ def test_flip_of_a_cubic(c2, c3):
 
 
 def test_a_sign_within_the_error_is_open():
-    assert FlipCoefficient(1e-3, 2e-3).criticality is None
-    assert FlipCoefficient(math.nan, math.inf).criticality is None
+    assert CubicCoefficient(1e-3, 2e-3).criticality is None
+    assert CubicCoefficient(math.nan, math.inf).criticality is None
     assert FoldCoefficient(1e-3, 2e-3, 1.0).side == 0
 
 

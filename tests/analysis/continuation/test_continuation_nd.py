@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kinked
 
-from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
+from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.results.files import load, save
 
@@ -14,19 +14,19 @@ EXACT = 1e-11
 
 
 def branch_of(f, name, ends, period=1, index=0):
-    return follow_orbit_nd(periodic_orbits(f, period=period)[index], f, name, ends)
+    return follow_orbit(periodic_orbits(f, period=period)[index], f, name, ends)
 
 
 @pytest.fixture(scope="module")
 def fixed():
     """The fixed point of the Hénon map that is stable at a = 0.1."""
     f = henon(0.1)
-    return follow_orbit_nd(periodic_orbits(f, 1).stable[0], f, "a", (-0.5, 1.4))
+    return follow_orbit(periodic_orbits(f, 1).stable[0], f, "a", (-0.5, 1.4))
 
 
 def test_a_neimark_sacker_bifurcation_in_closed_form():
     f = delayed_logistic(1.9)
-    branch = follow_orbit_nd(periodic_orbits(f, 1).stable[0], f, "a", (1.3, 2.2))
+    branch = follow_orbit(periodic_orbits(f, 1).stable[0], f, "a", (1.3, 2.2))
     (found,) = branch.bifurcations
     assert found.kind == "neimark_sacker"
     assert found.value == pytest.approx(2.0, abs=EXACT)
@@ -46,7 +46,7 @@ def test_a_pair_of_reciprocal_real_multipliers_is_no_bifurcation():
         ((-1.0, 1.0), (-1.0, 1.0)),
         (("c", 1.8),),
     )
-    branch = follow_orbit_nd(periodic_orbits(f, 1)[0], f, "c", (1.5, 2.5))
+    branch = follow_orbit(periodic_orbits(f, 1)[0], f, "c", (1.5, 2.5))
     products = np.prod(branch.multipliers.real, axis=1)
     assert products[0] < 1.0 < products[-1]
     assert branch.bifurcations == ()
@@ -124,7 +124,7 @@ def test_a_border_that_the_map_does_not_notice_is_passed():
     plain = henon(0.1)
     labelled = dataclasses.replace(plain, label=lambda z, a, b: 1 + (z[..., 0] > 1.0))
     orbit = periodic_orbits(plain, 1).stable[0]
-    ways = [follow_orbit_nd(orbit, g, "a", (0.05, 0.6)) for g in (plain, labelled)]
+    ways = [follow_orbit(orbit, g, "a", (0.05, 0.6)) for g in (plain, labelled)]
     assert len(set(ways[1].data["labels"].ravel().tolist())) == 2
     for way in ways:
         assert [end.reason for end in way.ends] == ["end of range"] * 2
@@ -135,11 +135,11 @@ def test_what_cannot_be_followed_is_said(fixed):
     f = henon(0.1)
     orbit = periodic_orbits(f, 1).stable[0]
     with pytest.raises(ValueError, match="does not contain a"):
-        follow_orbit_nd(orbit, f, "a", (0.5, 1.0))
+        follow_orbit(orbit, f, "a", (0.5, 1.0))
     with pytest.raises(ValueError, match="'c' is not a parameter"):
-        follow_orbit_nd(orbit, f, "c", (0.0, 1.0))
+        follow_orbit(orbit, f, "c", (0.0, 1.0))
     with pytest.raises(ValueError, match="no such orbit"):
-        follow_orbit_nd(orbit, henon(0.3), "a", (0.0, 1.0))
+        follow_orbit(orbit, henon(0.3), "a", (0.0, 1.0))
 
 
 def test_a_branch_is_saved_and_loaded_exactly(fixed, tmp_path):

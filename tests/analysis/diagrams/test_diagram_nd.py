@@ -60,6 +60,29 @@ def test_a_diagram_is_a_table_and_a_file(diagram, tmp_path):
     assert diagram.overview()["begins"].tolist().count("flip") == 1
 
 
+def test_points_are_foretold_in_the_root_up_to_the_flip():
+    a = 3 * 0.49 / 4 + np.geomspace(1e-6, 0.1, 9)
+    found = bifurcation_diagram(henon(0.1), "a", a, max_period=2, n_lists=2, attractors=False)
+    (double,) = found.of_period(2)
+    assert double.exists.all()
+    assert found.unresolved == ()
+    # x + y is (1 - b) / a on the cycle of period two.
+    sums = double.points[:, :, 0].sum(axis=1)
+    np.testing.assert_allclose(sums, 0.7 / a, rtol=0, atol=1e-9)
+
+
+def test_interrupted_diagrams_say_where_they_end():
+    def interrupt(done):
+        if done > 0.63:
+            raise KeyboardInterrupt
+
+    found = bifurcation_diagram(
+        henon(0.1), "a", (0.2, 0.3, 130), max_period=1, n_lists=2, progress=interrupt, partial=True
+    )
+    assert found.unresolved == ("interrupted: 65 of 130 values",)
+    assert len(found.values) == 65
+
+
 def test_windows_are_for_lines():
     with pytest.raises(ValueError, match="window is for maps of a line"):
         bifurcation_diagram(henon(), "a", (0.2, 1.2, 3), window=(0.0, 1.0))

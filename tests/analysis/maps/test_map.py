@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
-from stickslip.analysis.maps.protocol import UNDEFINED
-from stickslip.analysis.maps.protocol_nd import FamilyND, apart
+from stickslip.analysis.maps.protocol import UNDEFINED, FamilyND, apart
 from stickslip.numerics.point_function import point_function
 
 EXACT = 1e-13  # recorded formulas against their function

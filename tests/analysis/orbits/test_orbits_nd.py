@@ -12,7 +12,7 @@ from tests.analysis.plane_maps import henon as plane_henon
 from tests.analysis.plane_maps import henon_points, ikeda, lozi, lozi_points, standard
 
 import stickslip as ss
-from stickslip.analysis.orbits.newton_nd import monodromy, shooting_matrix, solve_orbits
+from stickslip.analysis.orbits.newton import monodromy, shooting_matrix, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import Unseen, same_points
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.results.files import load, save

@@ -15,8 +15,7 @@ from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
 from stickslip.analysis.maps.arguments import line_map, map_of
-from stickslip.analysis.maps.protocol import checked_points
-from stickslip.analysis.maps.protocol_nd import MapND
+from stickslip.analysis.maps.protocol import MapND, checked_points
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import (
     MOST_KEPT,
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
+    from stickslip.analysis.attractors.attractor import AttractorListND
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled

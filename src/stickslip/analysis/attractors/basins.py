@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 
 import numpy as np
 
-from stickslip.analysis.attractors.attractor import AttractorList
+from stickslip.analysis.attractors.attractor import AttractorList, AttractorListND
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basin_pieces import (
     LEFT,
@@ -20,15 +20,13 @@ from stickslip.analysis.attractors.basin_pieces import (
     first_pieces,
     refined,
 )
-from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial, find_basins
 from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
 from stickslip.analysis.attractors.lyapunov import advance, perturbed
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.arguments import line_map, map_of
-from stickslip.analysis.maps.protocol import checked_points, domain_width
-from stickslip.analysis.maps.protocol_nd import MapND
+from stickslip.analysis.maps.protocol import MapND, checked_points, domain_width
 from stickslip.checks import (
     MOST_KEPT,
     finite_number,

@@ -12,13 +12,13 @@ from stickslip.analysis.exponents.spectrum import checked_steps_of_mean, largest
 from stickslip.analysis.interpolation.cell_table import tabulated
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import (
+    MapND,
     checked_points,
     clip_to_domain,
     domain_width,
     iterate,
     values_and_slopes,
 )
-from stickslip.analysis.maps.protocol_nd import MapND
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 

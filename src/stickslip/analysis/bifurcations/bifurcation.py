@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
-    from stickslip.analysis.maps.protocol_nd import FamilyND
+    from stickslip.analysis.maps.protocol import FamilyND, Floats, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")

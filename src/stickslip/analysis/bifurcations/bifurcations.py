@@ -36,8 +36,7 @@ from stickslip.analysis.branches.along.tracked import (
     TrackedDiscontinuity,
 )
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
-from stickslip.analysis.maps.protocol import explanation
-from stickslip.analysis.maps.protocol_nd import FamilyND
+from stickslip.analysis.maps.protocol import FamilyND, explanation
 from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import MOST_KEPT, check_callback, flag, shown, whole_number

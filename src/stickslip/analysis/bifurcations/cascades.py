@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade, bifurcation_of
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
+from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, flip_coefficient
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import values_and_slopes
 from stickslip.analysis.orbits.newton import Polished, polish_on, solve_orbit
@@ -93,7 +93,7 @@ class _Level:
 
     flip: Bifurcation
     slope: float
-    coefficient: FlipCoefficient
+    coefficient: CubicCoefficient
 
 
 def _beyond(

@@ -305,7 +305,7 @@ def _end(survey: Survey, link: Link | None, row: Row, points: Floats) -> CurveEn
     event = link.event
     there = None if event is None else orbit_at(event, points, survey.family)
     if event is None or there is None:
-        reason = "end of domain" if link.reason == "outside" else "step limit"
+        reason = link.reason if link.reason == "end of domain" else "step limit"
         return CurveEnd(reason, {name: row.value}, points, row.multiplier)
     reading = event.located.reading
     if not isinstance(reading.condition, Collision) or reading.critical is None:

@@ -1,24 +1,25 @@
-"""Periodic orbits of a map of a line followed along a parameter, to where they end."""
+"""Periodic orbits followed along a parameter, to where they end."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from stickslip.analysis.continuation.follower import checked_steps, contained
-from stickslip.analysis.continuation.orbit_follower import LineOrbitFollower
+from stickslip.analysis.continuation.orbit_follower import orbit_follower
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.derived import WindowMap, windowed
 from stickslip.checks import shown
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import MapFamily
+    from stickslip.analysis.maps.protocol import FamilyND, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
+    from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
 
 
 def follow_orbit(
-    orbit: PeriodicOrbit,
-    f: MapFamily,
+    orbit: PeriodicOrbit | PeriodicOrbitND,
+    f: MapFamily | FamilyND,
     name: str,
     range: tuple[float, float],
     *,
@@ -30,19 +31,19 @@ def follow_orbit(
 
     Pseudo-arclength with all points of the orbit as unknowns and exact derivatives. The curve
     ends where a point of the orbit meets a jump or corner of the map, a gap, or the end of the
-    domain; that is solved as a condition of its own, to rounding. Changes of the label that value
-    and slope do not notice are passed.
+    domain; on a line that is solved as a condition of its own, to rounding. Changes of the label
+    that value and slope do not notice are passed.
     """
     low, high = checked_range(f, name, range)
     steps = checked_steps(max_step, max_points)
     f = windowed(f, window)
     value = contained(low, high, name, float(f.parameters[name]), "orbit")
-    if orbit.jump is not None:
+    if (jump := getattr(orbit, "jump", None)) is not None:
         raise ValueError(
-            f"the orbit through the jump d = {orbit.jump.d:.12g} is infinitely unstable and cannot "
+            f"the orbit through the jump d = {jump.d:.12g} is infinitely unstable and cannot "
             "be followed: it moves with the jump. Follow the jump itself."
         )
-    follower = LineOrbitFollower(f, name, low, high, *steps)
+    follower = orbit_follower(f, name, low, high, *steps)
     return follower.follow(follower.start(orbit.points, value))
 
 
@@ -77,6 +78,6 @@ def follow_on(
     if window is None and isinstance(f, WindowMap):
         window = f.window
     f = windowed(getattr(f, "whole", f), window)
-    follower = LineOrbitFollower(f, name, *wide, step, most + len(curve))
+    follower = orbit_follower(f, name, *wide, step, most + len(curve))
     middle = len(curve) // 2
     return follower.follow(follower.start(curve.points[middle], float(values[middle])))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.maps import protocol, protocol_nd
-from stickslip.analysis.orbits.newton_nd import shooting_matrix
+from stickslip.analysis.maps.protocol import MapND, apart, sample
+from stickslip.analysis.orbits.newton import shooting_matrix
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 from stickslip.status import OK
@@ -58,7 +58,7 @@ class OrbitEquations:
 
     def __post_init__(self) -> None:
         """Find out how points are kept."""
-        self.on_line = not isinstance(self.f, protocol_nd.MapND)
+        self.on_line = not isinstance(self.f, MapND)
 
     def at(self, value: float) -> Any:
         """Return the map at a value of the parameter."""
@@ -68,14 +68,10 @@ class OrbitEquations:
         """Return the points of an orbit, shape (p,), or (p, n) in R^n."""
         return y[:-1] if self.on_line else y[:-1].reshape(len(self.pieces), -1)
 
-    def sample(self, f: Any, points: Floats) -> PointValues:
-        """Evaluate a map of the family."""
-        return (protocol if self.on_line else protocol_nd).sample(f, points)
-
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Linearized]:
         """Evaluate F, its Jacobian and more; the cause of a `LeavesRegion` is a `Departure`."""
         f, points = self.at(y[-1]), self.points(y)
-        values = self.sample(f, points)
+        values = sample(f, points)
         inside = self.stays(values.label, values.status == OK)
         if not inside.all():
             gone = tuple(np.flatnonzero(~inside).tolist())
@@ -91,7 +87,7 @@ class OrbitEquations:
 
     def described(self, points: Floats, values: PointValues) -> tuple[Floats, Linearized]:
         """Return F, and what a map said at points."""
-        residual = protocol_nd.apart(self.f, values.value, np.roll(points, -1, axis=0))
+        residual = apart(self.f, values.value, np.roll(points, -1, axis=0))
         return residual.ravel(), Linearized(values.derivative, values.value, values.label)
 
     def stays(self, labels: Labels, ok: NDArray[np.bool_]) -> NDArray[np.bool_]:

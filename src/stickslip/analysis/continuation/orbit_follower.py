@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
-from stickslip.analysis.continuation.borders import encounters, unlabelled_encounters
-from stickslip.analysis.continuation.collision import meet
+from stickslip.analysis.continuation.borders import encounters, meet, unlabelled_encounters
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
     MAX_POINTS,
@@ -20,20 +19,21 @@ from stickslip.analysis.continuation.follower import (
 )
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
-from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.newton import solve_orbit
+from stickslip.analysis.maps.protocol import MapND, apart, domain_width, sample
+from stickslip.analysis.orbits.newton import monodromy, solve_orbit, solve_orbits
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
-from stickslip.numerics.continuation import CurvePoint, StepControl, StepTooLong
+from stickslip.analysis.orbits.orbits_nd import multipliers_of, solve_orbit_nd
+from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.continuation.borders import Encounter
-    from stickslip.analysis.continuation.collision import Meeting
+    from stickslip.analysis.continuation.borders import Encounter, Meeting
     from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.continuation.orbit_equations import Departure
+    from stickslip.analysis.maps.protocol import Floats, PointValues
     from stickslip.numerics.continuation import WalkEnd
 
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
@@ -44,7 +44,15 @@ TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
 ON_BORDER: Final = 1e-10  # of the domain
 NEARBY: Final = 1e-3  # scaled: where the end at a break without a label may be
 ORBIT_OF_MAP: Final = 1e-6  # of the domain: the orbit given must be so close to one of the map
-SAME: Final = 1e-13  # of the points: orbits that coincide
+SAME: Final = 1e-12  # of the points: orbits that coincide
+# A border is approached by halving steps that cross it, down to little more than the error of a
+# point; then a little further on the way the cause is seen.
+SMALLEST: Final = 2e-12
+PROBES: Final = (2e-11, 2e-10, 2e-9, 2e-8)
+BEYOND: Final = (1e-5, 1e-7)  # scaled ways past a border at which the two sides are compared
+SMOOTH: Final = 1e-9  # a larger difference of values is a jump ...
+JUMPS: Final = 0.5  # ... if it does not shrink with the way as that of a root-like corner does
+SAME_SLOPE: Final = 1e-3  # of Jacobians, beside 1 + their size: a larger difference is a corner
 REASONS: Final[dict[str, Any]] = {
     "jump": "breakpoint",
     "corner": "breakpoint",
@@ -66,15 +74,10 @@ class OrbitFollower(Follower):
         high: float,
         max_step: float,
         max_points: int,
-        **control: Any,
     ) -> None:
-        steps = StepControl(first=min(0.01, max_step), largest=max_step, **control)
+        steps = StepControl(first=min(0.01, max_step), largest=max_step)
         super().__init__(name, low, high, steps, max_points)
         self.f = f
-
-    def problem(self) -> Problem:
-        """Say how the curve's orbits are solved for anew."""
-        raise NotImplementedError
 
     def size(self) -> Any:
         """Width of the domain, in each direction."""
@@ -87,7 +90,7 @@ class OrbitFollower(Follower):
     def start(self, points: Floats, value: float) -> CurvePoint:
         """Set out from an orbit, the parameter rising; a ValueError if the map has none there."""
         equations = OrbitEquations(self.f, self.name, [])
-        values = equations.sample(equations.at(value), points)
+        values = sample(equations.at(value), points)
         equations.pieces = [{label} for label in values.label.tolist()]
         self.equations = equations
         scale = np.append(np.tile(self.size(), len(points)), self.high - self.low)
@@ -134,7 +137,7 @@ class OrbitFollower(Follower):
             raise StepTooLong("no flip of half the orbit")
         value, half = found
         points = np.concatenate([half, half])
-        values = self.equations.sample(self.equations.at(value), points)
+        values = sample(self.equations.at(value), points)
         point = self.at(last, points, value, *self.equations.described(points, values))
         return Passed(point, end=self.end(point, "period halves"))
 
@@ -160,17 +163,13 @@ class OrbitFollower(Follower):
                 "labels": np.array([row.note.labels for row in rows]),
                 "residual": np.array([row.residual for row in rows]),
             },
-            problem=self.problem(),
+            problem=OrbitProblem(self.f),
             **known,
         )
 
 
 class LineOrbitFollower(OrbitFollower):
     """Follows an orbit of a map of a line to borders, which are solved for as conditions."""
-
-    def problem(self) -> Problem:
-        """Orbits of this map."""
-        return OrbitProblem(self.f)
 
     def size(self) -> float:
         """Width of the domain."""
@@ -245,50 +244,193 @@ class LineOrbitFollower(OrbitFollower):
         return length <= reach and (ahead or length <= TOUCHING)
 
 
+class SpaceOrbitFollower(OrbitFollower):
+    """Follows an orbit of a map of R^n to borders, which are approached by halving steps.
+
+    Where a point gets to another piece of the map the two sides are compared: a map that is smooth
+    there is followed on, else the curve ends in a border collision, located to its `error`.
+    """
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.control = replace(self.control, smallest=SMALLEST, patience=self.max_points)
+
+    def size(self) -> Floats:
+        """Width of the domain in each direction."""
+        return np.ptp(self.f.spread(256), axis=0)
+
+    def solved(self, value: float, guess: Floats) -> tuple[Floats, float]:
+        """Solve for an orbit, points in the order of the guess."""
+        got = solve_orbits(self.equations.at(value), guess[None])
+        if not got.found[0]:
+            return guess, np.nan
+        return got.points[0], float(np.prod(multipliers_of(got.jacobians[0]) + 1.0).real)
+
+    def stopped(self, stop: WalkEnd, half: Half) -> CurvePoint | CurveEnd:
+        """Find out what ended a walk; pass the ends of pieces where the map is smooth."""
+        last = stop.last
+        if stop.reason == "end of range":
+            return self.end(last, "end of range")
+        departure = self._departure(last)
+        if departure is None:
+            return self.end(last, "step limit")
+        cause, way = departure
+        index = int(cause.indices[0])
+        error = abs(way * float(self.curve.scale[-1] * last.tangent[-1]))
+        where: dict[str, Any] = {
+            "index": index,
+            "error": error + 2 * float(np.spacing(abs(last.parameter))),
+        }
+        beyond = self._beyond(last, cause)
+        if beyond is None:
+            inside = self.f.contains(cause.points)[index]
+            return self.end(last, "gap" if inside else "end of domain", **where)
+        kind, label = beyond
+        if kind == "corner" and (passed := self._past(last, half)) is not None:
+            return passed
+        if kind == "smooth":
+            self.equations.pieces[index].add(label)
+            return replace(last, step=self.control.first)
+        explain = getattr(self.equations.at(last.parameter), "explain_border", None)
+        if explain is not None:
+            beside = self.equations.at(cause.value), cause.points[index]
+            where["border"] = tuple(explain(self.points(last)[index], *beside))
+        return self.end(last, "breakpoint", kind=kind, **where)
+
+    def _past(self, last: CurvePoint, half: Half) -> CurvePoint | None:
+        """Go on beyond a border that leaves all multipliers as they are; None at any other.
+
+        So does an event of a motion in time that crosses the time at which a map looks at it.
+        """
+        y = last.y + BEYOND[1] * self.curve.scale * last.tangent
+        f = self.equations.at(y[-1])
+        # The map itself knows the directions that it forgets: its images are where points belong.
+        points = np.roll(sample(f, self.equations.points(y)).value, 1, axis=0)
+        got = sample(f, points)
+        if (got.status != OK).any():
+            return None
+        old, new = (np.poly(monodromy(each)) for each in (last.note.slopes, got.derivative))
+        if (np.abs(new - old) > SAME_SLOPE * (1 + np.abs(old).max())).any():
+            return None
+        pieces, labels = self.equations.pieces, got.label.tolist()
+        self.equations.pieces = [{label} for label in labels]
+        try:
+            start = self.curve.point(np.append(points.ravel(), y[-1]))
+        except (StepTooLong, LeavesRegion):
+            self.equations.pieces = pieces
+            return None
+        rising = last.tangent[-1] > 0
+        half.rows.append(start if rising else start.reversed())
+        return half.rows[-1]
+
+    def _departure(self, last: CurvePoint) -> tuple[Departure, float] | None:
+        """Which points leave their pieces just past the end of a walk, and how far past."""
+        for way in PROBES:
+            try:
+                self.equations(last.y + way * self.curve.scale * last.tangent)
+            except LeavesRegion as left:
+                cause: Departure = left.cause
+                return cause, way
+            except StepTooLong:
+                continue
+        return None
+
+    def _beyond(
+        self, last: CurvePoint, cause: Departure
+    ) -> tuple[Literal["jump", "corner", "smooth"], int] | None:
+        """Compare the two sides of the border that a point meets; None without a value there."""
+        index = cause.indices[0]
+        far, near = (self._other_side(last, index, way) for way in BEYOND)
+        if far is None or near is None:
+            return None
+        note: Linearized = last.note
+        slope = note.slopes[index]
+        offs = (apart(self.f, side.value, note.values[index]) for side in (far, near))
+        gaps = [float(np.abs(off).max()) for off in offs]
+        label = int(near.label)
+        if gaps[1] > max(SMOOTH, JUMPS * gaps[0]):
+            return "jump", label
+        if (np.abs(near.derivative - slope) > SAME_SLOPE * (1 + np.abs(slope))).any():
+            return "corner", label
+        return "smooth", label
+
+    def _other_side(self, last: CurvePoint, index: int, way: float) -> PointValues | None:
+        """Value past a border, led back to it by the slopes there; and these slopes."""
+        y = last.y + way * self.curve.scale * last.tangent
+        f, x = self.equations.at(y[-1]), self.equations.points(y)[index]
+        values = sample(f, x)
+        if values.status != OK:
+            return None
+        dx = x - self.points(last)[index]
+        rate = np.asarray(f.parameter_derivative(x, self.name))
+        back = values.value - values.derivative @ dx - rate * (y[-1] - last.y[-1])
+        return replace(values, value=back)
+
+
 @part
 @dataclass(frozen=True, eq=False)
 class OrbitProblem(Problem):
     """The equations of a periodic orbit; `system` is restricted to the window if one was given."""
 
-    system: MapFamily | None = None
+    system: Any = None
     picture: ClassVar = "bifurcations.draw_orbit_curve"
 
-    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> PeriodicOrbit:
+    def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Any:
         """Start from a straight line between two rows; beside a fold, walk there."""
         if not share:
             return self.row(curve, row)
         orbit = self._solved(curve, value, between(curve.points, row, share))
         for start in (row + 1, row):
-            if orbit.quality == "located":
+            if getattr(orbit, "quality", "located") == "located":
                 break
             own = float(curve.values[start])
             low, high = sorted((own, value))
-            follower = LineOrbitFollower(self.system, name, low, high, MAX_STEP, MAX_POINTS)
+            follower = orbit_follower(self.system, name, low, high)
             last = follower.reached(follower.start(curve.points[start], own), value)
             if last is not None:
-                orbit = self._solved(curve, value, last.y[:-1])
+                orbit = self._solved(curve, value, follower.points(last))
         return orbit
 
-    def _solved(self, curve: Curve, number: float, guess: Floats) -> PeriodicOrbit:
-        assert self.system is not None
-        return solve_orbit(self.system.replace(**{curve.parameter: number}), guess)
+    def _solved(self, curve: Curve, value: float, guess: Floats) -> Any:
+        f = self.system.replace(**{curve.parameter: value})
+        return solve_orbit_nd(f, guess) if isinstance(f, MapND) else solve_orbit(f, guess)
 
-    def row(self, curve: Curve, row: int) -> PeriodicOrbit:
-        """Return the orbit of a row as it was solved: at an end, a one-sided limit."""
-        assert self.system is not None
-        f = self.system.replace(**{curve.parameter: float(curve.values[row])})
+    def row(self, curve: Curve, row: int) -> Any:
+        """Return the orbit of a row as it was solved: on a line, at an end, a one-sided limit."""
+        value, points = float(curve.values[row]), curve.points[row]
+        if isinstance(self.system, MapND):
+            return self._solved(curve, value, points)
         residual = float(curve.data["residual"][row])
         return orbit_of(
-            f,
-            curve.points[row],
+            self.system.replace(**{curve.parameter: value}),
+            points,
             curve.data["labels"][row],
             multiplier=float(curve.multipliers[row]),
             error=residual,
             residual=residual,
         )
 
-    def same(self, one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
+    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
+        """Return the points, in R^n their first coordinates."""
+        points = between(curve.points, row, share)
+        return points if points.ndim == 1 else points[:, 0]
+
+    def same(self, one: Any, other: Any) -> bool:
         """Tell whether two orbits coincide, to their errors."""
-        errors = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
-        apart = np.abs(one.points - other.points)
-        return bool((apart <= errors + SAME * np.abs(one.points).max()).all())
+        off, size = np.abs(one.points - other.points), np.abs(one.points).max()
+        if isinstance(one, PeriodicOrbit):
+            off -= np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
+        return bool((off <= SAME * (1.0 + size)).all())
+
+
+def orbit_follower(
+    f: Any,
+    name: str,
+    low: float,
+    high: float,
+    max_step: float = MAX_STEP,
+    max_points: int = MAX_POINTS,
+) -> OrbitFollower:
+    """Choose how orbits of a map meet its borders."""
+    kind = SpaceOrbitFollower if isinstance(f, MapND) else LineOrbitFollower
+    return kind(f, name, low, high, max_step, max_points)

@@ -1,29 +1,33 @@
-"""How a bifurcation diagram is made: a survey of the range, then every value filled in."""
+"""How a bifurcation diagram is made: a survey of the range, its curves evaluated at every value."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial as partial_of
 from itertools import pairwise
 from threading import Lock
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from stickslip.analysis.attractors.along import Motion, Settler
+from stickslip.analysis.attractors.attractors import attractors as all_attractors
 from stickslip.analysis.attractors.attractors import spread_points
+from stickslip.analysis.bifurcations.bifurcation import attempted
+from stickslip.analysis.bifurcations.explain import concerned_orbits
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import (
     N_LISTS,
     N_STARTS,
     OrbitSurvey,
 )
+from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
-from stickslip.analysis.diagrams.diagram_nd import diagram_nd
-from stickslip.analysis.diagrams.orbit_curves import fill, trace_orbits
+from stickslip.analysis.diagrams.orbit_curves import fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
-from stickslip.analysis.maps.protocol_nd import FamilyND
+from stickslip.analysis.maps.protocol import FamilyND
 from stickslip.analysis.threads import in_threads
 from stickslip.checks import MOST_KEPT, check_callback, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
@@ -37,14 +41,16 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-    from stickslip.analysis.diagrams.orbit_curves import Traced
+    from stickslip.analysis.diagrams.orbit_curves import SampledOrbit
     from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
 
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
+HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 REPORTED: Final = 16  # values between two reports of progress
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
+ROUNDING: Final = 1e-12  # of a multiplier
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
@@ -138,23 +144,21 @@ def bifurcation_diagram(
     check_callback("progress", progress, "the share of the work that is done")
     report = progress or (lambda share: None)
     partial = flag("partial", partial)
+    lo, hi = float(values[0]), float(values[-1])
+    survey: Survey | OrbitSurvey
     if in_space:
-        searched = OrbitSurvey(family, parameter, values[0], values[-1], max_period, N_STARTS)
-        searched.run(n_lists, lambda share: report(0.5 * share), partial=partial)
-        return diagram_nd(searched, values, iterates if attractors else 0, report)
-    survey = Survey(
-        Family(family, parameter, window),
-        float(values[0]),
-        float(values[-1]),
-        max_period,
-        lambda share: report(0.4 * share),
-        partial=partial,
-    )
-    survey.run(n_lists)
-    if survey.interrupted:
-        values = values[values <= max((node.q for node in survey.grid_nodes), default=-np.inf)]
-        if values.size < 2:
-            raise KeyboardInterrupt
+        survey = OrbitSurvey(family, parameter, lo, hi, max_period, N_STARTS)
+        survey.run(n_lists, lambda share: report(0.4 * share), partial=partial)
+    else:
+        tell: Callable[[float], None] = lambda share: report(0.4 * share)  # noqa: E731
+        survey = Survey(
+            Family(family, parameter, window), lo, hi, max_period, tell, partial=partial
+        )
+        survey.run(n_lists)
+        if survey.interrupted:
+            values = values[values <= max((node.q for node in survey.grid_nodes), default=-np.inf)]
+            if values.size < 2:
+                raise KeyboardInterrupt
     try:
         return _evaluated(survey, values, iterates, attractors=attractors, report=report)
     except KeyboardInterrupt:
@@ -167,37 +171,49 @@ def bifurcation_diagram(
 
 
 def _evaluated(
-    survey: Survey,
+    survey: Survey | OrbitSurvey,
     values: Floats,
     iterates: int,
     *,
     attractors: bool,
     report: Callable[[float], None],
 ) -> Diagram:
-    """Evaluate the branches of a survey at ascending values, and look for attractors there."""
-    traced = trace_orbits(survey)
-    family, name = survey.family.f, survey.family.name
-    maps = [survey.family.at(q) for q in values]
-    # All values at which the survey has a complete list.
-    nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
-    anchors = [nodes[q] for q in sorted(nodes)]
-    breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
+    """Evaluate the curves of a survey at ascending values, and look for attractors there."""
+    family: Any = survey if isinstance(survey, OrbitSurvey) else survey.family
+    maps = [family.at(q) for q in values]
+    breaks: tuple[BreakpointLine, ...] = ()
+    if isinstance(survey, OrbitSurvey):
+        sampled = sampled_orbits(survey.curves)
+    else:
+        spans = enumerate(survey.spans)
+        concerned = {k: concerned_orbits(span)[0] for k, span in spans if span.events}
+        sampled = sampled_orbits(orbit_curves(survey, concerned))
+        # All values at which the survey has a complete list.
+        nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
+        anchors = [nodes[q] for q in sorted(nodes)]
+        breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
     report(0.5)
-    orbits = _orbit_curves(maps, values, traced)
-    critical = _critical_points(values, breaks, anchors)
+    orbits = _orbit_curves(maps, values, sampled)
     steps = _Steps(report, 0.6, len(values))
-    table = _attractor_table(maps, values, orbits, critical, anchors, iterates, attractors, steps)
+    rows: list[list[Any]] = []
+    if isinstance(survey, OrbitSurvey):
+        rows = _attractors_in_space(survey, maps, values, steps) if attractors else []
+    else:
+        critical = _critical_points(values, breaks, anchors)
+        rows = _attractors_of_line(
+            maps, values, orbits, critical, anchors, iterates, attractors, steps
+        )
     report(1.0)
     return Diagram(
-        parameter=name,
+        parameter=family.name,
         values=values,
-        max_period=survey.max_period,
-        window=survey.family.window,
-        parameters={key: v for key, v in family.parameters.items() if key != name},
+        max_period=max([survey.max_period, *(orbit.period for orbit in orbits)]),
+        window=getattr(family, "window", None),
+        parameters={key: v for key, v in family.f.parameters.items() if key != family.name},
         orbits=orbits,
-        attractors=table,
+        attractors=_as_table(rows, iterates, sampled),
         breakpoints=breaks,
-        unresolved=tuple(map(str, survey.unresolved)) + _missing(values, traced, orbits),
+        unresolved=tuple(map(str, survey.unresolved)) + _missing(values, orbits),
     )
 
 
@@ -221,24 +237,23 @@ class _Steps:
 
 
 def _orbit_curves(
-    maps: list[MapFamily], values: Floats, traced: Sequence[Traced]
+    maps: list[Any], values: Floats, sampled: Sequence[SampledOrbit]
 ) -> tuple[OrbitCurve, ...]:
     """Solve for every orbit at every value; chunks of values on threads of their own."""
     chunks = _chunks(len(values))
-    sampled_orbits = [item.sampled for item in traced]
 
-    def task(chunk: slice) -> list[tuple[Floats, Floats]]:
-        return fill(maps[chunk], values[chunk], sampled_orbits)
+    def task(chunk: slice) -> list[tuple[Floats, Any]]:
+        return fill(maps[chunk], values[chunk], sampled)
 
     parts = in_threads(task, chunks, len(chunks))
     return tuple(
         OrbitCurve(
-            period=item.sampled.period,
+            period=item.period,
             points=np.concatenate([part[k][0] for part in parts]),
             multipliers=np.concatenate([part[k][1] for part in parts]),
-            ends=item.ends,
+            ends=(item.ends[0], item.ends[1]),
         )
-        for k, item in enumerate(traced)
+        for k, item in enumerate(sampled)
     )
 
 
@@ -249,13 +264,11 @@ def _chunks(n: int) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(edges)]
 
 
-def _missing(
-    values: Floats, traced: Sequence[Traced], orbits: Sequence[OrbitCurve]
-) -> tuple[str, ...]:
+def _missing(values: Floats, orbits: Sequence[OrbitCurve]) -> tuple[str, ...]:
     """Say which orbits were not found at values where they exist."""
     texts = []
-    for item, orbit in zip(traced, orbits, strict=True):
-        low, high = (end.value for end in item.ends)
+    for orbit in orbits:
+        low, high = (end.value for end in orbit.ends)
         slack = AT_END * (values[-1] - values[0])
         absent = (values > low + slack) & (values < high - slack) & ~orbit.exists
         if absent.any():
@@ -288,8 +301,23 @@ def _critical_points(
     return [np.unique(row[np.isfinite(row)]) for row in stacked]
 
 
-def _attractor_table(
-    maps: list[MapFamily],
+def _attractors_in_space(
+    survey: OrbitSurvey, maps: list[Any], values: Floats, steps: _Steps
+) -> list[list[Any]]:
+    """Look for attractors at every value, also from where those before were."""
+    rows: list[list[Any]] = []
+    starts = np.empty((0, survey.f.dimension))
+    for q, f in zip(values.tolist(), maps, strict=True):
+        spread = np.concatenate([starts[f.contains(starts)], f.spread(HANDED)])
+        task: Callable[[], Any] = partial_of(all_attractors, f, starts=spread)
+        rows.append(list(attempted(task, "attractors", q, q, survey.unresolved) or ()))
+        starts = np.array([a.points[-1] for a in rows[-1]]).reshape(-1, survey.f.dimension)
+        steps.count()
+    return rows
+
+
+def _attractors_of_line(
+    maps: list[Any],
     values: Floats,
     orbits: Sequence[OrbitCurve],
     critical: list[Floats],
@@ -297,7 +325,7 @@ def _attractor_table(
     iterates: int,
     search: bool,
     steps: _Steps,
-) -> AttractorTable:
+) -> list[list[Any]]:
     """Gather the stable orbits, and what else orbits settle on, at every value."""
     near_lists = set(np.searchsorted(values, [node.q for node in anchors]).tolist())
 
@@ -316,8 +344,7 @@ def _attractor_table(
         return rows
 
     chunks = _chunks(len(values))
-    rows = [row for part in in_threads(task, chunks, len(chunks)) for row in part]
-    return _as_table(rows, iterates)
+    return [row for part in in_threads(task, chunks, len(chunks)) for row in part]
 
 
 def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
@@ -325,27 +352,30 @@ def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
     found = []
     for orbit in orbits:
         multiplier = abs(orbit.multipliers[k])
-        if multiplier < 1:
+        if multiplier < 1 + ROUNDING:  # at its flip itself an orbit still attracts
             with np.errstate(divide="ignore"):
                 exponent = float(np.log(multiplier)) / orbit.period
             found.append(Motion("periodic", orbit.points[k], exponent))
     return found
 
 
-def _as_table(rows: Sequence[Sequence[Motion]], iterates: int) -> AttractorTable:
+def _as_table(
+    rows: Sequence[Sequence[Any]], iterates: int, sampled: Sequence[SampledOrbit]
+) -> AttractorTable:
     """Arrange motions in rows, with all points of cycles and some of the others."""
     motions = [(k, motion) for k, row in enumerate(rows) for motion in row]
     kept = [
         motion.points if motion.kind == "periodic" else motion.points[-iterates:]
         for _, motion in motions
     ]
-    points = np.full((len(motions), max(map(len, kept), default=1)), np.nan)
+    shape = kept[0].shape[1:] if kept else sampled[0].points.shape[2:] if sampled else ()
+    points = np.full((len(motions), max(map(len, kept), default=1), *shape), np.nan)
     for line, some in zip(points, kept, strict=True):
         line[: len(some)] = some
     return AttractorTable(
         where=np.array([k for k, _ in motions], dtype=np.intp),
         kind=np.array([motion.kind for _, motion in motions], dtype=np.str_),
         period=np.array([motion.period for _, motion in motions], dtype=np.intp),
-        lyapunov=np.array([motion.lyapunov for _, motion in motions], dtype=np.float64),
+        lyapunov=np.array([float(motion.lyapunov) for _, motion in motions], dtype=np.float64),
         points=points,
     )

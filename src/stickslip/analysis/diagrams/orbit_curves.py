@@ -1,4 +1,4 @@
-"""Orbits of a surveyed range as curves: from where each begins to where it ends, at every value.
+"""Followed orbits solved for at every value of a diagram: from where each begins to where it ends.
 
 Near a fold or flip points move like a root of the distance to there, and are foretold in it.
 """
@@ -6,35 +6,35 @@ Near a fold or flip points move like a root of the distance to there, and are fo
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.explain import concerned_orbits
-from stickslip.analysis.bifurcations.orbit_curves import Row, columns_of, orbit_chains
-from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.continuation.curve import CurveEnd
-from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.newton import polish_on
+from stickslip.analysis.maps.protocol import MapND, domain_width
+from stickslip.analysis.orbits.newton import polish_on, solve_orbits
+from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import lagrange_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from stickslip.analysis.bifurcations.orbit_curves import Link
-    from stickslip.analysis.bifurcations.scan.survey import Survey
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.continuation.curve import Curve
+    from stickslip.analysis.maps.protocol import Floats
 
-PASSED: Final = 3  # values just passed that foretell the next
+BEHIND: Final = 3  # places before a value, passed or known, that foretell it
 AHEAD: Final = 2  # known places ahead that do
+APART: Final = 1e-2  # of the way to a value: closer places tell only of their errors
 NEAR_ROOT: Final = 0.5  # share of an orbit that is seen in the square root of the distance
 ASTRAY: Final = 0.3  # of the way since the last place: how far an orbit may be from its guess
 FLOOR: Final = 1e-6  # of the domain's width: errors of a guess that count for nothing
 TINY: Final = 1e-10  # of the domain's width: after a Newton step this small, points are exact
-ROOTS: Final = ("fold", "flip", "standstill", "doubling")  # where points move like a square root
 CLOSE: Final = 0.05  # of the domain's width: how far an orbit may be from the event that ends it
+MEETS: Final = ("fold", "transcritical", "pitchfork")  # where a curve turns, or crosses another
+ROOTS: Final = ("fold", "flip", "step limit")  # where points may move like a square root
+REASONS: Final = {"breakpoint": "border_collision", "gap": "enters_gap", "period halves": "flip"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,30 +42,37 @@ class SampledOrbit:
     """An orbit over an interval of the parameter, known at some values."""
 
     values: Floats  # ascending; the orbit exists between the first and the last
-    points: Floats  # in the map's order, each column following one point
-    multipliers: Floats
+    points: Floats  # in the map's order, each column following one point; (n, p), or (n, p, m)
+    multipliers: Any  # (n,), or all in R^m
     # whether the points move like a square root at the lower and at the upper end
     roots: tuple[bool, bool] = (False, False)
+    ends: tuple[CurveEnd, ...] = ()  # the lower one first
 
     @property
     def period(self) -> int:
         """Of the orbit."""
         return int(self.points.shape[1])
 
+    @property
+    def side(self) -> float:
+        """On which side of 1 the multiplier is: the sign of det(M - 1)."""
+        return _beside_one(self.multipliers[len(self.multipliers) // 2])
+
     def foretell(self, value: float, passed: list[tuple[float, Floats]]) -> Floats:
         """Interpolate to a parameter value through places passed and known places ahead."""
         ahead = bisect_right(self.values, value)
-        behind = max(0, ahead - max(1, PASSED - len(passed)))
-        known = range(
-            behind if len(passed) < PASSED else ahead, min(ahead + AHEAD, len(self.values))
-        )
-        places = {float(self.values[k]): self.points[k] for k in known}
-        places.update(passed[-PASSED:])
-        if value in places:
-            return places[value]
-        q = np.array(list(places))
-        *u, at = self._smooth(np.append(q, value)).tolist()
-        return np.asarray(lagrange_weights(u, at) @ np.array(list(places.values())))
+        rows = range(max(0, ahead - BEHIND), min(ahead + AHEAD, len(self.values)))
+        known = {float(self.values[k]): self.points[k] for k in rows} | dict(passed)
+        if value in known:
+            return known[value]
+        kept: list[float] = []
+        for q in sorted(known, key=lambda q: abs(q - value)):
+            room = BEHIND if q <= value else AHEAD
+            clear = all(abs(q - other) >= APART * abs(q - value) for other in kept)
+            if clear and sum((other <= value) == (q <= value) for other in kept) < room:
+                kept.append(q)
+        *u, at = self._smooth(np.array([*kept, value])).tolist()
+        return np.tensordot(lagrange_weights(u, at), np.array([known[q] for q in kept]), 1)
 
     def _smooth(self, q: Floats) -> Floats:
         """Return coordinates in which the points are smooth near the last of these values."""
@@ -78,139 +85,142 @@ class SampledOrbit:
         return q
 
 
+def _beside_one(multipliers: Any) -> float:
+    return float(np.sign(np.prod(np.atleast_1d(multipliers) - 1.0).real))
+
+
+# ------------------------------------------------------------------ at every value
+
+
 @dataclass
 class _Course:
     """An orbit on its way through the values."""
 
     sampled: SampledOrbit
     points: Floats
-    multipliers: Floats
+    multipliers: Any  # in R^n the one of largest modulus
     passed: list[tuple[float, Floats]] = field(default_factory=list)
 
 
 def fill(
-    maps: Sequence[Map1D], values: Floats, sampled_orbits: Sequence[SampledOrbit]
-) -> list[tuple[Floats, Floats]]:
+    maps: Sequence[Any], values: Floats, sampled_orbits: Sequence[SampledOrbit]
+) -> list[tuple[Floats, Any]]:
     """Solve for orbits at all ascending values between their ends, NaN where there is none."""
-    n = len(values)
     courses = [
-        _Course(s, np.full((n, s.period), np.nan), np.full(n, np.nan)) for s in sampled_orbits
+        _Course(
+            s,
+            np.full((len(values), *s.points.shape[1:]), np.nan),
+            np.full(len(values), np.nan, dtype=s.multipliers.dtype),
+        )
+        for s in sampled_orbits
     ]
     first = np.searchsorted(values, [s.values[0] for s in sampled_orbits], side="left")
     stop = np.searchsorted(values, [s.values[-1] for s in sampled_orbits], side="right")
     for k, f in enumerate(maps):
         here = [c for c, a, b in zip(courses, first, stop, strict=True) if a <= k < b]
-        if here:
-            _solve(f, float(values[k]), k, here)
+        guesses = [course.sampled.foretell(float(values[k]), course.passed) for course in here]
+        found = _solved_in_space(f, guesses) if isinstance(f, MapND) else _solved(f, guesses)
+        slack = FLOOR * _width(f)
+        for course, guess, (points, multipliers) in zip(here, guesses, found, strict=True):
+            if _is_the_orbit(points, multipliers, guess, course, slack):
+                course.points[k] = points
+                course.multipliers[k] = np.atleast_1d(multipliers)[0]
+                course.passed = [*course.passed, (float(values[k]), points)][-BEHIND:]
     return [(c.points, c.multipliers) for c in courses]
 
 
-def _solve(f: Map1D, value: float, k: int, courses: list[_Course]) -> None:
-    """Find all orbits of one value, and enter those that are where they were foretold."""
-    longest = max(course.sampled.period for course in courses)
-    guess = np.full((len(courses), longest), np.nan)
-    for line, course in zip(guess, courses, strict=True):
-        line[: course.sampled.period] = course.sampled.foretell(value, course.passed)
-    periods = np.array([course.sampled.period for course in courses], dtype=np.intp)
-    found = polish_on(f, guess, periods=periods, enough=TINY * domain_width(f))
-    points, multipliers = found.points, np.where(found.converged, found.multipliers, np.nan)
-    slack = FLOOR * domain_width(f)
-    for row, course in enumerate(courses):
-        p = course.sampled.period
-        if _is_the_orbit(points[row, :p], multipliers[row], guess[row, :p], course, slack):
-            course.points[k] = points[row, :p]
-            course.multipliers[k] = multipliers[row]
-            course.passed = [*course.passed, (value, points[row, :p])][-PASSED:]
+def _width(f: Any) -> float:
+    return float(np.ptp(f.spread(2))) if isinstance(f, MapND) else domain_width(f)
+
+
+def _solved(f: Any, guesses: list[Floats]) -> Iterator[tuple[Floats, Any]]:
+    """Polish the orbits of one value all at once."""
+    periods = np.array([len(guess) for guess in guesses], dtype=np.intp)
+    padded = np.full((len(guesses), periods.max(initial=1)), np.nan)
+    for line, guess in zip(padded, guesses, strict=True):
+        line[: len(guess)] = guess
+    found = polish_on(f, padded, periods=periods, enough=TINY * domain_width(f))
+    multipliers = np.where(found.converged, found.multipliers, np.nan)
+    for points, p, multiplier in zip(found.points, periods, multipliers, strict=True):
+        yield points[:p], multiplier
+
+
+def _solved_in_space(f: MapND, guesses: list[Floats]) -> Iterator[tuple[Floats, Any]]:
+    for guess in guesses:
+        got = solve_orbits(f, guess[None])
+        yield got.points[0], multipliers_of(got.jacobians[0]) if got.found[0] else np.nan
 
 
 def _is_the_orbit(
-    now: Floats, multiplier: float, guess: Floats, course: _Course, slack: float
+    now: Floats, multipliers: Any, guess: Floats, course: _Course, slack: float
 ) -> bool:
     """Tell whether Newton's method stayed with the orbit, and did not end on a neighbour."""
-    if not np.isfinite(multiplier):
+    if not np.isfinite(multipliers).all():
         return False
     sampled = course.sampled
-    side = np.sign(sampled.multipliers[len(sampled.multipliers) // 2] - 1)
-    if (multiplier - 1) * side < 0:
+    if _beside_one(multipliers) * sampled.side < 0:
         return False  # the other orbit of a fold
     last = course.passed[-1][1] if course.passed else sampled.points[0]
     way = float(np.abs(now - last).max())
     return bool(np.abs(now - guess).max() <= ASTRAY * way + slack)
 
 
-@dataclass(frozen=True, eq=False)
-class Traced:
-    """An orbit with both ends, the lower first."""
-
-    sampled: SampledOrbit
-    ends: tuple[CurveEnd, CurveEnd]
+# ------------------------------------------------------------------ from curves
 
 
-def trace_orbits(survey: Survey) -> list[Traced]:
-    """Take apart what a survey joined where orbits turn back: by period, lower end and place."""
-    concerned = {k: concerned_orbits(span)[0] for k, span in enumerate(survey.spans) if span.events}
-    traced = [
-        _traced(survey.family.name, stretch)
-        for chain in orbit_chains(survey, concerned)
-        for stretch in _stretches(survey, *chain)
-    ]
-    return sorted(traced, key=lambda t: (t.sampled.period, t.ends[0].value, t.sampled.points[0, 0]))
+def sampled_orbits(curves: Sequence[Curve]) -> list[SampledOrbit]:
+    """Take curves apart where they turn back: by period, lower end and place."""
+    found = [stretch for curve in curves for stretch in _stretches(curve)]
+    return sorted(found, key=lambda s: (s.period, s.ends[0].value, float(s.points.flat[0])))
 
 
-def _stretches(
-    survey: Survey, first: Link | None, rows: list[Row], last: Link | None
-) -> Iterator[tuple[str, list[Row], str]]:
-    """Cut a chain where orbits meet: reasons at both ends, and the rows between."""
-    cuts = [k for k, row in enumerate(rows) if row.event is not None and row.event.kind != "flip"]
-    begun = _reason(survey, first, rows[0])
-    if last is not None and last.to is not None and cuts:
+def _stretches(curve: Curve) -> Iterator[SampledOrbit]:
+    """Cut a curve where orbits meet, into stretches along which the parameter rises or falls."""
+    events = [item for item in curve.bifurcations if item.kind in MEETS]
+    rows, cuts = np.arange(len(curve)), [item.row for item in events]
+    meets = [CurveEnd(e.kind, e.parameters, e.points, e.multipliers, e.error) for e in events]
+    first, last = (_named(end) for end in curve.ends)
+    if cuts and first.reason == "closed" and curve.values[0] != curve.values[-1]:
         # A closed curve: begin where two orbits meet.
-        rows, cuts = rows[cuts[0] :] + rows[: cuts[0] + 1], [k - cuts[0] for k in cuts[1:]]
-        begun = _reason(survey, None, rows[0])
-        last = None
-    for a, b in pairwise([0, *cuts, len(rows) - 1]):
-        ended = _reason(survey, last if b == len(rows) - 1 else None, rows[b])
-        inner = rows[a : b + 1]
-        if a == 0 and first is not None:
-            inner = _led_up(survey, first, inner[0]) + inner
-        if b == len(rows) - 1 and last is not None:
-            inner = inner + _led_up(survey, last, inner[-1])
+        rows = np.concatenate([rows[cuts[0] :], rows[: cuts[0] + 1]])
+        cuts, first, last, meets = [c - cuts[0] for c in cuts[1:]], meets[0], meets[0], meets[1:]
+    bounds = pairwise([0, *cuts, len(rows) - 1]), pairwise([first, *meets, last])
+    for (a, b), ends in zip(*bounds, strict=True):
         if a < b or not cuts:
-            yield begun, inner, ended
-        begun = ended
+            listed = [k for k in range(a, b + 1) if k not in cuts]
+            yield _sampled(curve, rows[a : b + 1], rows[listed[0] if listed else a], ends)
 
 
-def _reason(survey: Survey, link: Link | None, row: Row) -> str:
-    """Say why an orbit ends at a row, or beyond it."""
-    if link is not None and link.to is None:
-        return link.event.kind if link.event is not None else link.reason or "unexplained"
-    if row.event is not None:
-        return row.event.kind
-    return "end of range" if row.value in (survey.lo, survey.hi) else "unexplained"
+def _sampled(curve: Curve, rows: Any, listed: int, ends: tuple[CurveEnd, CurveEnd]) -> SampledOrbit:
+    """Describe an orbit from its lower to its upper end, its smallest point in a list first."""
+    if curve.values[rows[-1]] < curve.values[rows[0]]:
+        rows, ends = rows[::-1], ends[::-1]
+    values, points = curve.values[rows], curve.points[rows]
+    multipliers = curve.multipliers[rows]
+    width = np.ptp(curve.points) if curve.system is None else _width(curve.system)
+    for end, at in zip(ends, (0, len(values)), strict=True):
+        near = values[-1 if at else 0]
+        beyond = end.value > near if at else end.value < near
+        if beyond and np.abs(end.points - points[-1 if at else 0]).max() < CLOSE * width:
+            values, points = np.insert(values, at, end.value), np.insert(points, at, end.points, 0)
+            multipliers = np.insert(multipliers, at, multipliers[-1 if at else 0], 0)
+    columns = curve.points[listed].reshape(curve.points.shape[1], -1)
+    turn = -int(np.argmin(columns[:, 0]))
+    low, high = (
+        replace(
+            end,
+            points=np.roll(end.points, turn, axis=0),
+            index=None if end.index is None else (end.index + turn) % len(columns),
+        )
+        for end in ends
+    )
+    roots = (low.reason in ROOTS, high.reason in ROOTS)
+    return SampledOrbit(values, np.roll(points, turn, axis=1), multipliers, roots, (low, high))
 
 
-def _led_up(survey: Survey, link: Link, row: Row) -> list[Row]:
-    """Return the orbit at the event in which its way ends beyond a row, if that is known."""
-    event = link.event
-    there = None if event is None else orbit_at(event, row.points, survey.family)
-    if event is None or there is None or event.value == row.value:
-        return []
-    if np.abs(there - row.points).max() >= CLOSE * domain_width(survey.family.f):
-        return []
-    one = event.kind in ("fold", "flip", "transcritical", "pitchfork")
-    return [Row(event.value, there, 1.0 if one else row.multiplier, event)]
-
-
-def _traced(name: str, stretch: tuple[str, list[Row], str]) -> Traced:
-    """Describe an orbit from its lower to its upper end."""
-    begun, rows, ended = stretch
-    if rows[-1].value < rows[0].value:
-        begun, rows, ended = ended, rows[::-1], begun
-    values, points = columns_of(rows)
-    listed = next((k for k, row in enumerate(rows) if row.event is None), 0)
-    points = np.roll(points, -int(np.argmin(points[listed])), axis=1)
-    roots = (begun in ROOTS, ended in ROOTS)
-    sampled = SampledOrbit(values, points, np.array([row.multiplier for row in rows]), roots)
-    ends = ((values[0], points[0], begun), (values[-1], points[-1], ended))
-    low, high = (CurveEnd(why, {name: float(value)}, there) for value, there, why in ends)
-    return Traced(sampled, (low, high))
+def _named(end: CurveEnd) -> CurveEnd:
+    """Say by which bifurcation a curve ends."""
+    reason = REASONS.get(end.reason, end.reason)
+    if end.reason == "end of domain":
+        reason = "outside" if end.border is None else "enters_gap"
+    return replace(end, reason=reason)

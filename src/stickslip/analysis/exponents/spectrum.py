@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analysis.exponents._tangent_kernels import carry_frame
 from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
 from stickslip.analysis.maps.arguments import checked_range, space_family, space_map
-from stickslip.analysis.maps.protocol_nd import orbits
+from stickslip.analysis.maps.protocol import orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.checks import MOST_STEPS, real_numbers, shown, whole_number
 from stickslip.checks import grid as grid_values
@@ -21,8 +21,7 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.maps.protocol import Floats, Modelled
-    from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
+    from stickslip.analysis.maps.protocol import FamilyND, Floats, MapND, Modelled
 
 CHUNK: Final = 1 << 14  # steps whose Jacobians are kept at once
 ZERO: Final = 1e-9  # exponents so small are rounding, of products over a cycle

@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from stickslip.analysis.maps.protocol import Map1D, MapFamily, Modelled
-from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
+from stickslip.analysis.maps.protocol import FamilyND, Map1D, MapFamily, MapND, Modelled
 from stickslip.checks import checked_interval, finite_number, parameter_name, shown
 
 

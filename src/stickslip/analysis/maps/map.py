@@ -11,8 +11,7 @@ import numpy as np
 
 from stickslip.analysis.maps.differences import extrapolated_difference
 from stickslip.analysis.maps.piecewise_map import PARAMETER_SCALE
-from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, mix_labels
-from stickslip.analysis.maps.protocol_nd import box_points, reduced
+from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, box_points, mix_labels, reduced
 from stickslip.analysis.maps.user_function import (
     Function,
     as_labels,

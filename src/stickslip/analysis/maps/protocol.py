@@ -1,4 +1,4 @@
-"""What a map of the line must offer, and the three ways in which this layer asks for values."""
+"""What a map of the line or of R^n must offer, and the ways in which this layer asks for values."""
 
 from __future__ import annotations
 
@@ -104,9 +104,8 @@ class Modelled(Protocol[M]):
         """Return the map, of the line or of R^n."""
 
 
-@runtime_checkable
-class MapFamily(Map1D, Protocol):
-    """A map with named parameters and exact derivatives with respect to each."""
+class Varied(Protocol):
+    """What a map with parameters offers, exact derivatives with respect to each included."""
 
     @property
     def parameters(self) -> Mapping[str, float]:
@@ -116,7 +115,41 @@ class MapFamily(Map1D, Protocol):
         """Return the map with other parameter values."""
 
     def parameter_derivative(self, x: ArrayLike, name: str, /) -> Any:
-        """Return df/d(name) at fixed ``x``."""
+        """Return df/d(name) at fixed ``x``, shaped like it."""
+
+
+@runtime_checkable
+class MapFamily(Map1D, Varied, Protocol):
+    """A map of the line with named parameters."""
+
+
+@runtime_checkable
+class MapND(Protocol):
+    """A piecewise-smooth map of a part of R^n into R^n, immutable.
+
+    ``evaluate`` takes points of shape (..., n): ``value`` is shaped like them, ``derivative`` is
+    the Jacobian (..., n, n), ``label`` and ``status`` are (...). It may raise ValueError outside
+    the domain. A map may also offer ``itinerary(x)``, a text per point that says more than the
+    label's number, and ``periods`` of its coordinates, infinite for those that are no angles.
+    """
+
+    @property
+    def dimension(self) -> int:
+        """The n."""
+
+    def contains(self, x: ArrayLike, /) -> NDArray[np.bool_]:
+        """Tell which points are in the domain, shape (...); False for NaN."""
+
+    def spread(self, count: int, /) -> Floats:
+        """Return points spread evenly over the domain, shape (count, n), always the same."""
+
+    def evaluate(self, x: ArrayLike, /) -> MapValues:
+        """Return value, Jacobian, label and status."""
+
+
+@runtime_checkable
+class FamilyND(MapND, Varied, Protocol):
+    """A map of R^n with named parameters."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -162,12 +195,16 @@ def checked_points(domain: tuple[float, float], x: ArrayLike, name: str = "x") -
     return clipped
 
 
-def sample(f: Map1D, x: ArrayLike) -> PointValues:
+def sample(f: Map1D | MapND, x: ArrayLike) -> PointValues:
     """Evaluate a map at any points; outside: NaN, label 0 and status `OUTSIDE`."""
     points = np.asarray(x, dtype=np.float64)
-    clipped, inside = clip_to_domain(f.domain, points)
-    if inside.all():
-        got = f.evaluate(clipped)
+    contains = getattr(f, "contains", None)  # of maps of R^n
+    if contains is None:
+        points, inside = clip_to_domain(f.domain, points)  # type: ignore[union-attr]
+    else:
+        inside = contains(points)
+    if inside.all() and (contains is None or inside.size):
+        got = f.evaluate(points)
         return PointValues(
             np.asarray(got.value, dtype=np.float64),
             np.asarray(got.derivative, dtype=np.float64),
@@ -175,11 +212,13 @@ def sample(f: Map1D, x: ArrayLike) -> PointValues:
             np.asarray(got.status, dtype=np.int64),
             _margin(got),
         )
-    value, derivative, margin = (np.full(points.shape, np.nan) for _ in range(3))
-    label = np.zeros(points.shape, dtype=np.uint64)
-    status = np.full(points.shape, OUTSIDE, dtype=np.int64)
+    value, margin = np.full(points.shape, np.nan), np.full(inside.shape, np.nan)
+    shape = points.shape if contains is None else (*points.shape, points.shape[-1])
+    derivative = np.full(shape, np.nan)
+    label = np.zeros(inside.shape, dtype=np.uint64)
+    status = np.full(inside.shape, OUTSIDE, dtype=np.int64)
     if inside.any():
-        got = f.evaluate(clipped[inside])
+        got = f.evaluate(points[inside])
         value[inside], derivative[inside] = got.value, got.derivative
         label[inside], status[inside] = got.label, got.status
         margin[inside] = _margin(got)
@@ -201,7 +240,7 @@ def values_and_slopes(f: Map1D, x: Floats) -> tuple[Floats, Floats]:
 def _margin(values: MapValues) -> Floats:
     known = getattr(values, "margin", None)
     if known is None:
-        return np.full(np.shape(values.value), np.nan)
+        return np.full(np.shape(values.label), np.nan)
     return np.asarray(known, dtype=np.float64)
 
 
@@ -251,3 +290,61 @@ def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:
         inner, times = base_and_exponent(base)
         return inner, times * exponent
     return f, 1
+
+
+# ------------------------------------------------------------------ points of R^n
+
+
+def apart(f: MapND, x: Floats, y: Floats) -> Floats:
+    """Differences of points, angles the short way round."""
+    difference: Floats = x - y
+    if (periods := getattr(f, "periods", None)) is not None:
+        angle = np.isfinite(periods)
+        turns = np.round(difference[..., angle] / periods[angle])
+        difference[..., angle] -= turns * periods[angle]
+    return difference
+
+
+def turns(f: MapND) -> Floats:
+    """Return the period of each coordinate from its low end on, (n, 2); infinite for no angle."""
+    period = np.asarray(getattr(f, "periods", np.full(f.dimension, np.inf)))
+    domain = getattr(f, "domain", None)
+    low = np.zeros(f.dimension) if domain is None else np.asarray(domain, dtype=np.float64)[:, 0]
+    low = np.where(np.isfinite(low), low, 0.0)
+    return np.stack([low, low + period], axis=1)
+
+
+def reduced(f: MapND, x: Floats) -> Floats:
+    """Return points with each angle in the period that begins at the domain's low end."""
+    if not np.isfinite(getattr(f, "periods", np.inf)).any():
+        return x
+    box = turns(f)
+    angle = np.isfinite(box[:, 1])
+    low, period = box[angle, 0], np.ptp(box[angle], axis=1)
+    led = np.array(x, dtype=np.float64)
+    within = np.mod(led[..., angle] - low, period)
+    led[..., angle] = low + np.where(within < period, within, 0.0)  # rounded up
+    return led
+
+
+def box_points(box: Floats, count: int) -> Floats:
+    """Return the first points of a Sobol sequence in a box (n, 2), always the same."""
+    from scipy.stats.qmc import Sobol  # not for the first value
+
+    low, high = box.T
+    shares = Sobol(len(box), rng=0).random_base2(max(count - 1, 1).bit_length())[:count]
+    return np.asarray(low + shares * (high - low))
+
+
+def orbits(f: Any, x: Floats, n: int) -> Floats:
+    """Return orbits (m, n + 1, d) of any points (m, d); NaN once they have left the domain."""
+    made = np.full((len(x), n + 1, x.shape[1]), np.nan)
+    made[:, 0] = x
+    inside = f.contains(x)
+    if hasattr(f, "iterate"):
+        if n and inside.any():
+            made[inside] = f.iterate(x[inside], n)
+        return made
+    for k in range(n):
+        made[:, k + 1] = sample(f, made[:, k]).value
+    return made

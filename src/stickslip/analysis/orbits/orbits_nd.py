@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol_nd import apart, reduced, sample
-from stickslip.analysis.orbits.newton_nd import monodromy, solve_orbits
+from stickslip.analysis.maps.protocol import apart, reduced, sample
+from stickslip.analysis.orbits.newton import monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import AnyOrbit, OrbitSequence
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
@@ -17,9 +17,8 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Labels
-    from stickslip.analysis.maps.protocol_nd import MapND
-    from stickslip.analysis.orbits.newton_nd import Solutions
+    from stickslip.analysis.maps.protocol import Floats, Labels, MapND
+    from stickslip.analysis.orbits.newton import Solutions
 
 N_STARTS: Final = 256
 ROUNDS: Final = 5  # of seeds at most, each as many as all before
@@ -134,6 +133,14 @@ def make_orbit(
         hits=hits,
         system=f,
     )
+
+
+def solve_orbit_nd(f: MapND, guess: Floats) -> PeriodicOrbitND | None:
+    """Solve for the orbit near guessed points (p, n); None if nothing converges."""
+    got = solve_orbits(f, guess[None])
+    if not got.found[0]:
+        return None
+    return make_orbit(f, got.points[0], got.jacobians[0], got.labels[0], got.residual[0])
 
 
 @part

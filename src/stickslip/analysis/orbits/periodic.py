@@ -15,8 +15,7 @@ from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of
-from stickslip.analysis.maps.protocol import sample
-from stickslip.analysis.maps.protocol_nd import MapND
+from stickslip.analysis.maps.protocol import MapND, sample
 from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import Polished, polish
 from stickslip.analysis.orbits.orbit import (

@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.attractors.attractor import Attractor, AttractorList
+from stickslip.analysis.attractors.attractor import (
+    Attractor,
+    AttractorList,
+    AttractorListND,
+    AttractorND,
+)
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basins import basins
-from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND, AttractorND
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate
 from stickslip.analysis.attractors.in_space.fractions import searched_along
 from stickslip.analysis.maps.arguments import checked_parameter, line_family, line_map, map_of
-from stickslip.analysis.maps.protocol_nd import FamilyND, MapND
+from stickslip.analysis.maps.protocol import FamilyND, MapND
 from stickslip.analysis.safety.kicks import Escape, Impulse, escape, smallest_impulses
 from stickslip.analysis.safety.surroundings import (
     Displacement,

@@ -18,18 +18,15 @@ from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates, 
 from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
-from stickslip.analysis.maps.protocol import clip_to_domain
-from stickslip.analysis.maps.protocol_nd import apart, reduced
+from stickslip.analysis.maps.protocol import apart, clip_to_domain, reduced
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.attractors.attractor import Attractor, AttractorListND, AttractorND
     from stickslip.analysis.attractors.basins import Basins
-    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND, AttractorND
-    from stickslip.analysis.maps.protocol import Floats, Map1D
-    from stickslip.analysis.maps.protocol_nd import MapND
+    from stickslip.analysis.maps.protocol import Floats, Map1D, MapND
 
     Indices = NDArray[np.integer[Any]]
 

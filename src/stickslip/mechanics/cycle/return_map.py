@@ -10,8 +10,7 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.analysis.maps.protocol import Mechanism, checked_points
-from stickslip.analysis.maps.protocol_nd import box_points
+from stickslip.analysis.maps.protocol import Mechanism, box_points, checked_points
 from stickslip.checks import checked_interval, one_of, real_numbers, shown, whole_number
 from stickslip.mechanics.cycle.chart import PHASE, Chart, chart, states_of
 from stickslip.mechanics.cycle.shooting import size_of

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.analysis.maps.protocol import PointValues, mix_labels
-from stickslip.analysis.maps.protocol_nd import box_points
+from stickslip.analysis.maps.protocol import PointValues, box_points, mix_labels
 from stickslip.checks import (
     MOST_KEPT,
     MOST_STEPS,

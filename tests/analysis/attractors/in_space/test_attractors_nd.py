@@ -24,7 +24,7 @@ from tests.analysis.plane_maps import (
 import stickslip as ss
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND
 from stickslip.analysis.attractors.in_space.fates import Grid
-from stickslip.analysis.maps.protocol_nd import box_points
+from stickslip.analysis.maps.protocol import box_points
 
 SIGMA = 4.0  # standard errors by which a sampled share may be off
 PEER_SAMPLES = 1000  # behind the shares of Attractors.jl

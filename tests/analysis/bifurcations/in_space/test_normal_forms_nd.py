@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.analysis.known_maps_nd import delayed_logistic, henon, kinked, plain
 
-from stickslip.analysis.bifurcations.in_space.normal_forms_nd import Coefficient, coefficient
+from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, coefficient
 
 
 def rotating(theta, d):
@@ -71,6 +71,6 @@ def test_no_neighbours_on_the_piece_no_coefficient():
 
 
 def test_signs_within_the_error_decide_nothing():
-    assert Coefficient("flip", 1.0, 2.0).criticality is None
-    assert Coefficient("flip", -1.0, 0.5).criticality == "sub"
-    assert Coefficient("neimark_sacker", -1.0, 0.5).criticality == "super"
+    assert CubicCoefficient(1.0, 2.0).criticality is None
+    assert CubicCoefficient(-1.0, 0.5).criticality == "sub"
+    assert CubicCoefficient(-1.0, 0.5, "neimark_sacker").criticality == "super"

@@ -73,7 +73,7 @@ def changes(survey):
                 change.subtract(counts(span.left.select(share.before)))
                 found.append((event.value, change))
         for ending in span.endings:
-            if ending.reason == "outside":
+            if ending.reason == "end of domain":
                 ends_here = ending.piece.left is not None
                 q = ending.piece.values[-1 if ends_here else 0]
                 found.append((q, Counter({ending.piece.period: -1 if ends_here else 1})))
@@ -214,4 +214,5 @@ def test_orbits_that_leave_the_window_are_no_events():
     assert not survey.events
     assert not survey.unresolved
     (ending,) = [ending for span in survey.spans for ending in span.endings]
-    assert ending.reason == "outside"
+    assert ending.reason == "end of domain"
+    assert ending.piece.values[-1] == pytest.approx(10 / 3, rel=1e-14)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 
-from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
+from stickslip.analysis.attractors.attractor import AttractorListND
 from stickslip.analysis.attractors.in_space.fates import LEFT, NOWHERE, Grid, cells_of, fates
-from stickslip.analysis.maps.protocol_nd import orbits
+from stickslip.analysis.maps.protocol import orbits
 from stickslip.checks import MOST_VALUES, finite_number, one_each, shown, whole_number
 from stickslip.checks import grid as checked_values
 from stickslip.results.parts import part
@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats
-    from stickslip.analysis.maps.protocol_nd import MapND
+    from stickslip.analysis.maps.protocol import Floats, MapND
 
     Integers = NDArray[np.int16]
 

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol_nd import reduced, sample, turns
+from stickslip.analysis.maps.protocol import reduced, sample, turns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
-    from stickslip.analysis.maps.protocol import Floats
-    from stickslip.analysis.maps.protocol_nd import MapND
+    from stickslip.analysis.attractors.attractor import AttractorListND
+    from stickslip.analysis.maps.protocol import Floats, MapND
 
     Integers = NDArray[np.int64]
     Labels = NDArray[np.int16]

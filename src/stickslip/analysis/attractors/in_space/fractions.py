@@ -17,7 +17,7 @@ from stickslip.analysis.attractors.in_space.fates import (
 )
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.maps.arguments import checked_parameter, map_of
-from stickslip.analysis.maps.protocol_nd import FamilyND
+from stickslip.analysis.maps.protocol import FamilyND
 from stickslip.checks import MOST_KEPT, grid, shown, whole_number
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND
+    from stickslip.analysis.attractors.attractor import AttractorListND
     from stickslip.analysis.maps.protocol import Floats, Modelled
 
 MATCHED: Final = 32  # points of an attractor that are followed at the next value

@@ -13,11 +13,11 @@ import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial import cKDTree
 
-from stickslip.analysis.attractors.in_space.attractor_nd import AttractorListND, AttractorND
+from stickslip.analysis.attractors.attractor import AttractorListND, AttractorND
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent
 from stickslip.analysis.exponents.spectrum import exponent_along
-from stickslip.analysis.maps.protocol_nd import apart, orbits, reduced, sample, turns
-from stickslip.analysis.orbits.newton_nd import solve_orbits
+from stickslip.analysis.maps.protocol import apart, orbits, reduced, sample, turns
+from stickslip.analysis.orbits.newton import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import (
     PeriodicOrbitND,
     is_minimal,
@@ -28,8 +28,7 @@ from stickslip.analysis.orbits.orbits_nd import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.analysis.maps.protocol import Floats
-    from stickslip.analysis.maps.protocol_nd import MapND
+    from stickslip.analysis.maps.protocol import Floats, MapND
 
 SETTLING: Final = 512  # steps of all starts before they are looked at, and while they are
 LONG: Final = 4096  # steps of an orbit on a set of its own, at first

@@ -167,7 +167,7 @@ def _coefficient(equations: Equations, node: CurvePoint) -> float:
 
 def map_at(equations: Equations, node: CurvePoint) -> MapFamily:
     """Return the map at a point of a curve."""
-    return equations.plane.map_at(*equations.parameters(node.y))
+    return equations.plane.map_at(*node.y[-2:].tolist())
 
 
 # ---------------------------------------------------------------- other breaks on the way

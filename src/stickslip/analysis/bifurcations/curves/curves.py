@@ -56,14 +56,29 @@ AT_STEP: Final = 1e-4  # of a parameter: least error of an interpolated guess
 MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
 
 
+class PlaneProblem(Problem):
+    """A bifurcation at each row, solved for in one of two parameters."""
+
+    picture: ClassVar = "bifurcations.draw_curve"
+
+    def row(self, curve: Curve, row: int) -> Bifurcation:
+        """Solve for it again at the row's value of the varied parameter."""
+        found: Bifurcation
+        found = self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
+        return found
+
+    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
+        """Return the other parameter, on a straight line between two rows."""
+        return np.atleast_1d(between(curve.parameters[other_parameter(curve, name)], row, share))
+
+
 @part
 @dataclass(frozen=True, eq=False)
-class BifurcationProblem(Problem):
+class BifurcationProblem(PlaneProblem):
     """A bifurcation, known at each row by its condition."""
 
     system: MapFamily | None
     conditions: tuple[Condition, ...]
-    picture: ClassVar = "bifurcations.draw_curve"
 
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Bifurcation:
         """Solve its condition for the other parameter, from the nearest row."""
@@ -88,14 +103,6 @@ class BifurcationProblem(Problem):
             system.replace(**{name: value, other: found.value}),
         )
         return bifurcation_of(kind, found, other, new)  # type: ignore[arg-type]
-
-    def row(self, curve: Curve, row: int) -> Bifurcation:
-        """Solve for it again at the row's value of the varied parameter."""
-        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
-
-    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
-        """Return the other parameter, on a straight line between two rows."""
-        return np.atleast_1d(between(curve.parameters[other_parameter(curve, name)], row, share))
 
 
 def other_parameter(curve: Curve, name: str) -> str:
@@ -154,12 +161,50 @@ def _equations(plane: Plane, start: Reading, q: float, s: float, width: float) -
     return kind.at(plane, start, q, s, width)
 
 
-class _ConditionFollower(Follower):
+class PlaneFollower(Follower):
+    """Follows a bifurcation in the plane of two parameters, the last unknowns of its equations."""
+
+    def __init__(
+        self, kind: str, plane: Plane, low: float, high: float, control: StepControl
+    ) -> None:
+        super().__init__(plane.along, low, high, control, MAX_POINTS)
+        self.which, self.plane = kind, plane
+
+    def parameters(self, point: CurvePoint) -> dict[str, float]:
+        """Return the varied parameter, then the one that is solved for."""
+        q, s = point.y[-2:].tolist()
+        return {self.name: s, self.plane.solve_for: q}
+
+    def described(self, notes: list[Any]) -> tuple[dict[str, Any], Problem]:
+        """Return further columns of a curve, and its problem, from the notes of its rows."""
+        raise NotImplementedError
+
+    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
+        """Make a curve of its rows."""
+        where = [self.parameters(row) for row in rows]
+        multipliers = np.array([self.multipliers(row) for row in rows])
+        points = np.array([self.points(row) for row in rows])
+        data, problem = self.described([row.note for row in rows])
+        return Curve(
+            kind=f"{KIND}{self.which}",
+            period=points.shape[1],
+            parameters={name: np.array([each[name] for each in where]) for name in where[0]},
+            points=points,
+            multipliers=multipliers,
+            stable=np.abs(multipliers.reshape(len(rows), -1)).max(axis=1) < 1 - MARGINAL,
+            data=data,
+            problem=problem,
+            **known,
+        )
+
+
+class _ConditionFollower(PlaneFollower):
     """Follows a condition in the plane of two parameters."""
 
     def __init__(self, item: Any, equations: Equations, low: float, high: float) -> None:
-        super().__init__(equations.plane.along, low, high, CONTROL, MAX_POINTS)
-        self.item, self.equations = item, equations
+        kind = getattr(item, "kind", type(item.condition).__name__.lower())
+        super().__init__(kind, equations.plane, low, high, CONTROL)
+        self.equations = equations
         self.curve = self.line(equations, equations.scale)
         self.watch = Watch(self.curve, equations)
         self.velocity = math.inf  # of the orbit, in the last step
@@ -177,11 +222,6 @@ class _ConditionFollower(Follower):
     def multipliers(self, point: CurvePoint) -> float:
         """Return the multiplier, of a border collision on the side that the orbit comes from."""
         return float(point.note.multipliers[self.column])
-
-    def parameters(self, point: CurvePoint) -> dict[str, float]:
-        """Return the varied parameter, then the one that is solved for."""
-        q, s = self.equations.parameters(point.y)
-        return {self.name: s, self.equations.plane.solve_for: q}
 
     def accept(self, here: CurvePoint, new: CurvePoint) -> None:
         """Let the orbit move as it may, and remember it."""
@@ -216,23 +256,8 @@ class _ConditionFollower(Follower):
             half.note(self._described(event))
         return self.end(half.rows[-1], reason)
 
-    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
-        """Make a curve of its readings."""
-        readings: list[Reading] = [row.note for row in rows]
-        where = [self.parameters(row) for row in rows]
-        one_sided = np.array([[r.multipliers[0], r.multipliers[-1]] for r in readings])
-        multipliers = one_sided[:, self.column]
-        kind = getattr(self.item, "kind", type(self.item.condition).__name__.lower())
-        return Curve(
-            kind=f"{KIND}{kind}",
-            period=self.item.condition.period,
-            parameters={name: np.array([each[name] for each in where]) for name in where[0]},
-            points=np.array([r.points for r in readings]),
-            multipliers=multipliers,
-            stable=np.abs(multipliers) < 1 - MARGINAL,
-            data={"multiplier_left": one_sided[:, 0], "multiplier_right": one_sided[:, 1]},
-            problem=BifurcationProblem(
-                self.equations.plane.system, tuple(r.condition for r in readings)
-            ),
-            **known,
-        )
+    def described(self, notes: list[Any]) -> tuple[dict[str, Any], Problem]:
+        """Return the multipliers on both sides, and the conditions."""
+        one_sided = np.array([[r.multipliers[0], r.multipliers[-1]] for r in notes])
+        data = {"multiplier_left": one_sided[:, 0], "multiplier_right": one_sided[:, 1]}
+        return data, BifurcationProblem(self.plane.system, tuple(r.condition for r in notes))

@@ -121,10 +121,6 @@ class PlaneEquations:
         """Return y for a reading at (q, s)."""
         return np.array([q, s])
 
-    def parameters(self, y: Floats) -> tuple[float, float]:
-        """Return solve_for and along."""
-        return float(y[0]), float(y[1])
-
     def _learn(self, y: Floats, value: float) -> None:
         if self.last is not None:
             step = (y - self.last[0]) / self.scale
@@ -234,10 +230,6 @@ class FoldEquations:
         """Return y for a reading at (q, s)."""
         return np.array([reading.points[0], q, s])
 
-    def parameters(self, y: Floats) -> tuple[float, float]:
-        """Return solve_for and along."""
-        return float(y[1]), float(y[2])
-
     def _moved(self, y: Floats, k: int, step: float, at: Path, slope: float) -> tuple[float, float]:
         """Differentiate both equations by a parameter, where the orbit stays on its branches."""
         x, value = float(y[0]), at.points[-1] - at.points[0]
@@ -277,7 +269,7 @@ def moved(equations: Equations, last: CurvePoint, length: float) -> CurvePoint:
     """Solve for a point of the curve a short way along its tangent, of the same orbit."""
     plane, (scale_q, scale_s) = equations.plane, equations.scale[-2:]
     along_q, along_s = last.tangent[-2:]
-    q, s = equations.parameters(last.y + length * equations.scale * last.tangent)
+    q, s = (last.y + length * equations.scale * last.tangent)[-2:].tolist()
     # Orthogonal to the curve in the scaled plane.
     normal = np.array([along_s * scale_q, -along_q * scale_s]) / math.hypot(along_q, along_s)
     near = NEAR * domain_width(plane.system)

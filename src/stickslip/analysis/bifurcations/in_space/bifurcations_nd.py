@@ -16,21 +16,20 @@ from stickslip.analysis.bifurcations.bifurcation import (
     UnresolvedChange,
     attempted,
 )
-from stickslip.analysis.bifurcations.in_space.normal_forms_nd import coefficient
+from stickslip.analysis.bifurcations.normal_forms import coefficient
 from stickslip.analysis.bifurcations.outcome import Outcome
-from stickslip.analysis.continuation.continuation_nd import follow_orbit_nd
-from stickslip.analysis.maps.protocol_nd import apart, reduced
+from stickslip.analysis.continuation.continuation import follow_orbit
+from stickslip.analysis.maps.protocol import apart, reduced
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
 from stickslip.checks import MOST_KEPT, whole_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from stickslip.analysis.attractors.in_space.attractor_nd import AttractorND
+    from stickslip.analysis.attractors.attractor import AttractorND
     from stickslip.analysis.bifurcations.outcome import OrbitOutcome
     from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
-    from stickslip.analysis.maps.protocol import Floats
-    from stickslip.analysis.maps.protocol_nd import FamilyND
+    from stickslip.analysis.maps.protocol import FamilyND, Floats
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
 
 N_LISTS: Final = 12
@@ -108,7 +107,7 @@ class OrbitSurvey:
                 known = curve.all_at(**{self.name: q})
                 if any(same_points(self.f, one.points, orbit.points) for one in known):
                     return
-        curve = follow_orbit_nd(orbit, self.at(q), self.name, (self.lo, self.hi))
+        curve = follow_orbit(orbit, self.at(q), self.name, (self.lo, self.hi))
         self.curves.append(curve)
         for end in curve.ends:
             if end.reason in ("step limit", "point limit"):

@@ -8,20 +8,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation
-from stickslip.analysis.bifurcations.curves.curves import KIND, MARGINAL, checked_plane
+from stickslip.analysis.bifurcations.curves.curves import (
+    KIND,
+    PlaneFollower,
+    PlaneProblem,
+    checked_plane,
+)
 from stickslip.analysis.bifurcations.curves.curves import other_parameter as other_of
 from stickslip.analysis.bifurcations.curves.plane_equations import MOVES, Plane, scale_between
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
-from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Passed, first_point
+from stickslip.analysis.continuation.follower import Passed, first_point
 from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
-from stickslip.analysis.maps.protocol_nd import sample
-from stickslip.analysis.orbits.newton_nd import shooting_matrix
+from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.orbits.newton import shooting_matrix
 from stickslip.numerics.continuation import LeavesRegion, StepControl
 from stickslip.results.parts import part
 from stickslip.status import OK
@@ -33,8 +38,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.continuation.follower import Half, Test
     from stickslip.analysis.continuation.orbit_equations import Linearized
-    from stickslip.analysis.maps.protocol import Floats, Labels
-    from stickslip.analysis.maps.protocol_nd import FamilyND
+    from stickslip.analysis.maps.protocol import FamilyND, Floats, Labels
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
@@ -323,12 +327,8 @@ def off_fold(point: CurvePoint) -> float:
     return float(np.prod(point.note.multipliers - 1.0).real)
 
 
-class CriticalFollower(Follower):
+class CriticalFollower(PlaneFollower):
     """Follows a bifurcation of an orbit in R^n in the plane of two parameters."""
-
-    def __init__(self, kind: Any, plane: Plane, low: float, high: float) -> None:
-        super().__init__(plane.along, low, high, CONTROL, MAX_POINTS)
-        self.which, self.plane = kind, plane
 
     def start(self, points: Floats, labels: Labels, angle: float, q: float, s: float) -> CurvePoint:
         """Set out from a bifurcation; a ValueError if there is none nearby."""
@@ -364,10 +364,6 @@ class CriticalFollower(Follower):
         """Return the points of the orbit."""
         return self.equations.points(point.y)
 
-    def parameters(self, point: CurvePoint) -> dict[str, float]:
-        """Return the varied parameter, then the one that is solved for."""
-        return {self.name: point.parameter, self.plane.solve_for: float(point.y[-2])}
-
     def accept(self, here: CurvePoint, new: CurvePoint) -> None:
         """Get ready for the neighbourhood of the new point."""
         self.equations.accept(new.note)
@@ -394,41 +390,26 @@ class CriticalFollower(Follower):
             return self.end(stop.last, "a point of the orbit meets a break of the map")
         return self.end(stop.last, str(stop.cause) if stop.cause else stop.reason)
 
-    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
-        """Make a curve of its rows."""
-        where = [self.parameters(row) for row in rows]
-        multipliers = np.array([row.note.multipliers for row in rows])
-        points = np.array([self.points(row) for row in rows])
-        return Curve(
-            kind=f"{KIND}{self.which}",
-            period=points.shape[1],
-            parameters={name: np.array([each[name] for each in where]) for name in where[0]},
-            points=points,
-            multipliers=multipliers,
-            stable=np.abs(multipliers).max(axis=1) < 1 - MARGINAL,
-            data={
-                "angle": np.array([row.note.angle for row in rows]),
-                "labels": np.array([row.note.orbit.labels for row in rows]),
-            },
-            problem=CriticalProblem(self.plane.system),
-            **known,
-        )
+    def described(self, notes: list[Any]) -> tuple[dict[str, Any], Problem]:
+        """Return the angles of the critical multipliers, and labels."""
+        angle = np.array([note.angle for note in notes])
+        labels = np.array([note.orbit.labels for note in notes])
+        return {"angle": angle, "labels": labels}, CriticalProblem(self.plane.system)
 
 
 @part
 @dataclass(frozen=True, eq=False)
-class CriticalProblem(Problem):
+class CriticalProblem(PlaneProblem):
     """A multiplier on the unit circle, of an orbit in R^n."""
 
     system: FamilyND | None
-    picture: ClassVar = "bifurcations.draw_curve"
 
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Bifurcation:
         """Start from a straight line between two rows."""
         assert self.system is not None
         other = other_of(curve, name)
         kind: Any = curve.kind.removeprefix(KIND)
-        follower = CriticalFollower(kind, Plane(self.system, name, other), value, value)
+        follower = CriticalFollower(kind, Plane(self.system, name, other), value, value, CONTROL)
         columns = curve.points, curve.data["angle"], curve.parameters[other]
         points, angle, guess = (between(column, row, share) for column in columns)
         labels = curve.data["labels"][row]
@@ -446,14 +427,6 @@ class CriticalProblem(Problem):
             residual=error,
             system=self.system.replace(**{name: value, other: q}),
         )
-
-    def row(self, curve: Curve, row: int) -> Bifurcation:
-        """Solve for it again at the row's value of the varied parameter."""
-        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
-
-    def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
-        """Return the other parameter, on a straight line between two rows."""
-        return np.atleast_1d(between(curve.parameters[other_of(curve, name)], row, share))
 
 
 def follow_bifurcation_nd(
@@ -475,7 +448,7 @@ def follow_bifurcation_nd(
             labels = np.roll(orbit.labels, turn)
     pairs = multipliers[multipliers.imag > 0]
     angle = float(np.angle(pairs[np.argmin(np.abs(np.abs(pairs) - 1.0))])) if pairs.size else 0.0
-    follower = CriticalFollower(item.kind, plane, *range)
+    follower = CriticalFollower(item.kind, plane, *range, CONTROL)
     first = follower.start(points, labels, angle, q, s)
     follower.restart(first)
     return follower.follow(first)

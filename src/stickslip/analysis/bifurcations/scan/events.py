@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
-    from stickslip.analysis.bifurcations.scan.tracking import End, Piece, Way
+    from stickslip.analysis.bifurcations.scan.tracking import Piece, Way
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
@@ -46,8 +46,9 @@ SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coinci
 SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
 REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
 CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
-VICINITY: Final = 8.0  # steps ahead, where the border that stops an orbit is looked for
-SMALLEST_WINDOW: Final = 1e-5  # of the domain
+NEAR_END: Final = 1e-3  # of an orbit's way: how far its end may be from the event there
+SMALLEST_REACH: Final = 64.0  # ulp, likewise
+WINDOW: Final = 1e-5  # of the domain: where the border that stops an orbit is looked for
 
 EventKind: TypeAlias = Literal[
     "fold", "flip", "transcritical", "pitchfork", "border_collision", "enters_gap"
@@ -226,86 +227,61 @@ def flips_on(piece: Piece) -> list[Suspect]:
 
 def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
     """Suspect what may have ended an orbit's way, the likeliest first."""
-    end = way.end
-    if end is None or end.reason == "arrived":
+    end, reach = way.end, NEAR_END * abs(way.end.value - way.values[0])
+    points, value, f = end.points, end.value, family.whole(end.value)
+    reach = max(reach, float(SMALLEST_REACH * np.spacing(abs(value))))
+    if end.reason == "crossing":  # between two orbits of the way
+        reach = max(reach, abs(value - float(way.values[-1])))
+    if end.reason == "end of domain":
+        upper = end.side < 0
+        if family.at(value).domain[upper] == f.domain[upper]:  # no end of a window is an event
+            border = DomainEnd(upper, f.domain[upper])
+            yield Suspect(Collision(len(points), border, end.side), value, reach)
         return
-    if end.reason == "outside":
-        yield from _leaving(way, family)
-        return
-    if end.reason == "border":
-        yield from _collisions(way, family)
-    # Linear beside each: the doubled orbit's multiplier and a crossing one's, a fold's squared.
-    period, off, points = len(end.points), np.array(way.multipliers) - 1, end.points
-    half, even = period // 2, period % 2 == 0
-    middle = 0.5 * (points + np.roll(points, half))[:half]
-    flip = Flip(half, tuple(middle.tolist()))
-    doubled = even and _apart(points, half) < CLOSING * width_of(family)
-    if end.reason == "doubling" or doubled:
-        yield _extrapolated(way, off, flip)
-    here = tuple(points.tolist())
-    yield _extrapolated(way, off**2, Fold(period, here))
-    yield _extrapolated(way, off, Crossing(period, here, family.name))
-    if end.reason == "standstill":
-        if even and not doubled:
-            yield _extrapolated(way, off, flip)
-        yield from _collisions(way, family)
+    # A way that goes nowhere says little of where it might have led.
+    stuck = end.reason in ("step limit", "point limit")
+    period, here = len(points), tuple(points.tolist())
+    met = [_meeting(f, points, k, int(way.labels[k])) for k in way.gone]
+    if end.index is not None and end.border is not None:
+        own = Meeting(end.index, end.border, end.side)
+        met = [own if k == end.index else other for k, other in zip(way.gone, met, strict=True)]
+    first, beside = met[:1], met[1:]
+    if stuck and not met:
+        first = [_meeting(f, points, k, None) for k in range(period)]
+    collisions = [c for border in first if border for c in _collisions(border, beside, period)]
+    half = 0.5 * (points + np.roll(points, period // 2))[: period // 2]
+    turns: list[Fold | Flip | Crossing]
+    turns = [Fold(period, here), Crossing(period, here, family.name)]
+    if period % 2 == 0:
+        doubled = _apart(points, period // 2) < CLOSING * width_of(family)
+        turns.insert(0 if doubled else 2, Flip(period // 2, tuple(half.tolist())))
+    for condition in [*collisions, *turns] if met else [*turns, *collisions]:
+        yield Suspect(condition, value, reach)
 
 
-def _extrapolated(way: Way, test: Floats, condition: Fold | Flip | Crossing) -> Suspect:
-    """Extrapolate the last two values of a function to zero; the last step bounds the distance."""
-    assert way.end is not None
-    values, step = way.values, way.end.step
-    distance = step
-    if len(test) > 1 and test[-1] != test[-2]:
-        ahead = -float(test[-1]) * (values[-1] - values[-2]) / float(test[-1] - test[-2])
-        if 0 < ahead / step < 8:
-            distance = ahead
-    return Suspect(condition, values[-1] + distance, abs(distance))
+def _collisions(met: Meeting, beside: list[Meeting | None], period: int) -> Iterator[Collision]:
+    """Suspect that the orbit meets a border, alone or together with others."""
+    places = [one and replace(one, place=(one.place - met.place) % period) for one in beside]
+    together = tuple(filter(None, places))
+    # Alone at last: what seemed to come together may have missed.
+    for company in [together, ()][not together :]:
+        yield Collision(period, met.border, met.side, company)
 
 
-def _collisions(way: Way, family: Family) -> Iterator[Suspect]:
-    """Suspect that the orbit meets the nearest border on its point's way."""
-    end = way.end
-    assert end is not None
-    f = family.whole(end.q)
-    for place in [end.place] if end.reason == "border" else range(len(end.points)):
-        met = _meeting(f, end, place)
-        if met is None:
-            continue
-        beside = [other for k in end.others if (other := _meeting(f, end, k)) is not None]
-        others = [replace(one, place=(one.place - place) % len(end.points)) for one in beside]
-        # Alone at last: what seemed to come together may have missed.
-        for together in [tuple(others), ()][not others :]:
-            condition = Collision(len(end.points), met.border, met.side, together)
-            yield Suspect(condition, end.q + end.step, 2 * abs(end.step))
-
-
-def _meeting(f: MapFamily, end: End, place: int) -> Meeting | None:
-    """Return the break that a point of an orbit on its way meets next."""
-    x, speed = float(end.points[place]), float(end.velocity[place])
-    border = _nearest_border(f, x, VICINITY * abs(speed * end.step) if np.isfinite(speed) else 0.0)
+def _meeting(f: MapFamily, points: Floats, place: int, label: int | None) -> Meeting | None:
+    """Return the break nearest to a point, and on which side of it the point is."""
+    x = float(points[place])
+    border = _nearest_border(f, x)
     if border is None:
         return None
-    return Meeting(place, TrackedDiscontinuity.of(border), -1 if x < border.d else 1)
+    sides = {border.left_label: -1, border.right_label: 1}
+    side = sides.get(label, 0) if len(sides) > 1 else 0  # type: ignore[arg-type]
+    return Meeting(place, TrackedDiscontinuity.of(border), side or (-1 if x < border.d else 1))
 
 
-def _leaving(way: Way, family: Family) -> Iterator[Suspect]:
-    """Suspect that the orbit meets the end of the domain; no end of a window is an event."""
-    end = way.end
-    assert end is not None
-    f, whole = family.at(end.q), family.whole(end.q)
-    x, speed = float(end.points[end.place]), float(end.velocity[end.place])
-    upper = bool(speed * end.step > 0)
-    if f.domain[upper] == whole.domain[upper]:
-        border = DomainEnd(upper, whole.domain[upper])
-        condition = Collision(len(end.points), border, -1 if upper else 1)
-        yield Suspect(condition, end.q + (border.x - x) / speed, abs(end.step))
-
-
-def _nearest_border(f: MapFamily, x: float, distance: float) -> Breakpoint | None:
+def _nearest_border(f: MapFamily, x: float) -> Breakpoint | None:
     """Return the break that matters nearest to a point, from the table of a small window."""
-    width = domain_width(f)
-    half = max(distance, SMALLEST_WINDOW * width)
+    half = WINDOW * domain_width(f)
     window = WindowMap(f, (x - half, x + half))
     lo, hi = window.domain
     table = branch_table(window, min(RESOLUTION, 1e-4 * (hi - lo)))

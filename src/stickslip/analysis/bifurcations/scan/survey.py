@@ -24,6 +24,8 @@ from stickslip.analysis.bifurcations.scan.events import (
 from stickslip.analysis.bifurcations.scan.near_misses import NearZero, hidden_values, near_zeros
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
+from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.threads import in_threads
 
@@ -47,7 +49,7 @@ class Ending:
 
     piece: Piece  # as far as it was followed
     event: Event | None  # what ended it
-    reason: str  # see `tracking.End`
+    reason: str  # see `CurveEnd`
 
 
 @dataclass(eq=False)
@@ -217,15 +219,14 @@ class Survey:
                     self._open(span, piece, "the multiplier passes 1 without a fold")
                 )
         for left, right, way in ways:
-            assert way.end is not None
             piece = way.piece(left, right)
             event = self._end_of(way, span, fresh)
             if event is not None:
                 self._add(event, fresh)
-            elif way.end.reason == "arrived":
+            elif way.arrived:
                 reason = "an orbit arrives that the complete list does not contain"
                 unexplained.append(self._open(span, piece, reason))
-            elif way.end.reason != "outside":
+            elif way.end.reason != "end of domain":
                 unexplained.append(self._open(span, piece, f"an orbit ends ({way.end.reason})"))
             span.endings.append(Ending(piece, event, way.end.reason))
         if not (fresh or unexplained):
@@ -282,37 +283,38 @@ class Survey:
         key = self._key(span, side, k)
         way = follow(start, k, goal.q, self.family, self.classes, self._known.get(key))
         if not self.classes.telling:
-            self._end_at_passed_border(way, start, k, goal)
+            way = self._ended_at_passed_border(way, start, k, goal)
         self._known[key] = way
         return way
 
-    def _end_at_passed_border(self, way: Way, start: Node, k: int, goal: Node) -> None:
+    def _ended_at_passed_border(self, way: Way, start: Node, k: int, goal: Node) -> Way:
         """Where labels do not tell branches apart, an orbit may have passed a break unnoticed."""
         there = self._arrival(way, goal)
-        if there is None or way.end is None:
-            return
+        if there is None:
+            return way
         before, after = same_places(start.breaks, goal.breaks)
         old, new = start.bundle.points[k, :, None], goal.bundle.points[there, :, None]
         beyond = (old < start.breaks[before]) != (new < goal.breaks[after])
         passed = np.flatnonzero(beyond.any(axis=1))
         if not passed.size:
-            return
+            return way
         place = int(passed[0])
-        x, speed = goal.bundle.points[there, place], goal.velocity[there, place]
-        border = goal.breaks[np.argmin(np.abs(goal.breaks - x))]
-        way.end = replace(
-            way.end,
-            reason="border",
-            points=goal.orbits[there].points,
-            velocity=goal.velocity[there, : way.end.points.size],
-            step=float((border - x) / speed),
-            place=place,
-            others=tuple(passed[1:].tolist()),
+        x = goal.bundle.points[there, place]
+        breaks = [item for item in goal.table.breakpoints if item.kind != "smooth"]
+        border = min(breaks, key=lambda item: abs(item.d - x))
+        end = CurveEnd(
+            "breakpoint",
+            {self.family.name: goal.q + float((border.d - x) / goal.velocity[there, place])},
+            goal.orbits[there].points,
+            index=place,
+            side=-1 if old[place] < border.d else 1,
+            border=TrackedDiscontinuity.of(border),
         )
+        return replace(way, end=end, gone=tuple(passed.tolist()))
 
     def _arrival(self, way: Way, node: Node) -> int | None:
         """Place of an orbit that has arrived in the list there."""
-        if way.end is None or way.end.reason != "arrived":
+        if not way.arrived:
             return None
         points = way.end.points
         return node.find(np.roll(points, -int(np.argmin(points))), FOUND * node.width)

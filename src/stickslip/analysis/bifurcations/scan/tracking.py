@@ -5,39 +5,38 @@ One look at the middle proves most joints; few orbits are followed one by one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.scan.nodes import velocity
+from stickslip.analysis.continuation.curve import CurveEnd
+from stickslip.analysis.continuation.follower import Passed
+from stickslip.analysis.continuation.half_period import shrinks_to_half
+from stickslip.analysis.continuation.orbit_follower import LineOrbitFollower
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.analysis.orbits.newton import polish_on
+from stickslip.numerics.continuation import turns_back
 from stickslip.status import OK
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
-    from stickslip.analysis.orbits.bundles import OrbitBundle
+    from stickslip.analysis.continuation.follower import Half
+    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.numerics.continuation import CurvePoint
 
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
-SURPRISE: Final = 0.25  # share of a step by which an orbit may miss where it was foretold
-EASY: Final = 0.06  # a smaller one lets the next step grow
-CONTRACTS: Final = 0.5  # a longer step of Newton's method, beside the last, mistrusts the guess
-TRUST_RADIUS: Final = 1.0  # of a step: an orbit may not come close to missing by so much
-SHORTEST: Final = 1e-3  # of the way left: steps below it mean that the orbit ends here
 FIRST: Final = 0.25  # of the way: the first step
-MANY: Final = 4.0  # of the first step: the rest of the way counts for no more
+LARGEST: Final = 1.0
+LEAST: Final = 1e-2  # of the domain's width: points are taken to move so much
 MAX_STEPS: Final = 400
-NEUTRAL: Final = 0.2  # a doubled orbit this close to multiplier 1 is about to meet its parent
-COLLAPSING: Final = 0.2  # shrinking of the distance to half an orbit later that shows a flip
+BEYOND: Final = (1e-6, 1e-5, 1e-4, 1e-3)  # scaled ways past an end: who leaves his branch there
 ON_CORNER: Final = np.uint64(0)  # in the place of a label
-LOOK_AHEAD: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # steps, to see what stops an orbit
-
-Reason: TypeAlias = Literal["arrived", "doubling", "border", "outside", "standstill"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,41 +165,25 @@ def _padded(rows: NDArray, width: int) -> NDArray:  # type: ignore[type-arg]
 
 
 @dataclass(frozen=True, eq=False)
-class End:
-    """Where the way of an orbit ends, and what it looks like there."""
-
-    # ``doubling``: it closes up on an orbit of half its period; ``standstill``: as at a fold.
-
-    reason: Reason
-    q: float  # last value of the parameter
-    points: Floats
-    velocity: Floats
-    multiplier: float
-    step: float  # last step that was too long, signed
-    place: int = 0  # number of the point that ends the way
-    others: tuple[int, ...] = ()  # numbers of points that meet breaks of their own there
-
-
-@dataclass(eq=False)
 class Way:
     """An orbit's way from a node: samples in the order of travel, and the end."""
 
-    values: list[float] = field(default_factory=list)
-    points: list[Floats] = field(default_factory=list)
-    multipliers: list[float] = field(default_factory=list)
-    end: End | None = None
-    last: OrbitBundle | None = None  # the orbit at the last sample
+    values: Floats
+    points: Floats
+    multipliers: Floats
+    end: CurveEnd
+    labels: Labels  # at the end, of the branches that the orbit was on
+    gone: tuple[int, ...] = ()  # numbers of points that leave their branches there
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the goal is reached."""
+        return self.end.reason == "end of range"
 
     def piece(self, left: int | None, right: int | None) -> Piece:
         """Return the samples in ascending order."""
         order = np.argsort(self.values, kind="stable")
-        return Piece(
-            left,
-            right,
-            np.array(self.values)[order],
-            np.array(self.points)[order],
-            np.array(self.multipliers)[order],
-        )
+        return Piece(left, right, self.values[order], self.points[order], self.multipliers[order])
 
 
 def follow(
@@ -211,163 +194,88 @@ def follow(
     classes: SymbolClasses,
     known: Way | None = None,
 ) -> Way:
-    """Follow an orbit of a node towards a value, its word kept; on from a ``known`` way's end."""
-    tracker = _Tracker(node, place, goal, family, classes)
-    first = min(FIRST * abs(goal - node.q), node.beside)
-    if known is not None and tracker.resume(known):
-        assert known.end is not None
-        first = min(first, abs(known.end.step))
-    return tracker.go(first)
+    """Follow an orbit of a node towards a value; on from what is known of its way."""
+    first = node.bundle.orbit_points(place)
+    values, points = np.array([node.q]), first[None]
+    multipliers = node.bundle.multipliers[[place]]
+    if known is not None:
+        before = (known.values - goal) * np.sign(goal - node.q) < 0
+        if before.all():
+            return known
+        values, points = known.values[before], known.points[before]
+        multipliers = known.multipliers[before]
+    moves = np.nanmax(np.abs(node.velocity[place]), initial=0.0) * abs(goal - node.q)
+    follower = _SpanFollower(family, float(values[-1]), float(goal), float(moves))
+    try:
+        half = follower.towards(points[-1], float(values[-1]), float(goal))
+    except ValueError:  # too close to where the orbit ends
+        end = CurveEnd("step limit", {family.name: float(values[-1])}, points[-1], multipliers[-1])
+        return Way(values, points, multipliers, end, node.bundle.labels[place])
+    rows = half.rows[1:]
+    assert half.end is not None
+    return Way(
+        np.append(values, [row.parameter for row in rows]),
+        np.concatenate([points, *(row.y[None, :-1] for row in rows)]),
+        np.append(multipliers, [row.note.multipliers for row in rows]),
+        half.end,
+        half.rows[-1].note.labels,
+        follower.gone(half, classes),
+    )
 
 
-class _Tracker:
-    """One orbit on its way."""
+class _SpanFollower(LineOrbitFollower):
+    """Follows an orbit of a list to where it turns back, meets another one, a border, or a goal."""
 
-    def __init__(
-        self, node: Node, place: int, goal: float, family: Family, classes: SymbolClasses
-    ) -> None:
-        self.family, self.classes, self.goal = family, classes, float(goal)
-        self.q, self.f = node.q, node.f
-        self.bundle: OrbitBundle = node.bundle.take(slice(place, place + 1))
-        self.speed = node.velocity[place : place + 1]
-        self.length = self.goal - self.q
-        self.before: tuple[float, Floats, Floats] | None = None
-        self.apart = self._apart()
-        self.way = Way()
-        self._note()
+    def __init__(self, family: Family, start: float, goal: float, moves: float) -> None:
+        low, high = sorted((start, goal))
+        super().__init__(family.at(start), family.name, low, high, LARGEST, MAX_STEPS)
+        self.control = replace(self.control, first=FIRST)
+        self.moves = moves
 
-    def resume(self, known: Way) -> bool:
-        """Go on from where another way ended, if that is before the goal."""
-        q = known.values[-1]
-        if known.last is None or not (q - self.q) * self.length > 0:
-            return False
-        if not (self.goal - q) * self.length > 0:
-            return False
-        self.way = Way(list(known.values), list(known.points), list(known.multipliers))
-        self.q, self.f, self.bundle = q, self.family.at(q), known.last
-        self.speed = velocity(self.bundle, self.f, self.family.name)
-        return True
+    def size(self) -> float:
+        """How far points may move, at least a share of the domain."""
+        width = domain_width(self.f)
+        return min(max(self.moves, LEAST * width), width)
 
-    def go(self, first: float) -> Way:
-        """Step towards the goal, as far as it goes."""
-        least = np.spacing(max(abs(self.q), abs(self.goal)))  # a shorter step leads nowhere
-        step = max(first, least) * np.sign(self.length)
-        for _ in range(MAX_STEPS):
-            if self.q == self.goal:
-                self.way.end = self._end("arrived", step)
-                return self.way
-            if abs(step) >= abs(self.goal - self.q):
-                step = self.goal - self.q
-            ratio = self._try(step)
-            if ratio is None:
-                step *= 0.4
-                way = min(abs(self.goal - self.q), MANY * first)
-                if abs(step) < max(least, SHORTEST * way):
-                    break
-            elif ratio < EASY:
-                step *= 2.0
-        self.way.end = self._explain(step / 0.4)
-        return self.way
+    def towards(self, points: Floats, value: float, goal: float) -> Half:
+        """Follow an orbit at a value towards another."""
+        start = self.start(points, value)
+        return self.half(start if goal > value else start.reversed(), [])
 
-    def _try(self, step: float) -> float | None:
-        """Take a step; return how far it led astray, None if too far or nowhere."""
-        if not np.isfinite(self.speed[self.bundle.used]).all():
-            return None
-        q = self.goal if step == self.goal - self.q else self.q + step
-        f = self.family.at(q)
-        b, move = self.bundle, (q - self.q) * self.speed
-        floor = FLOOR * domain_width(f)
-        trust_radius = TRUST_RADIUS * (np.nanmax(np.abs(move)) + floor)
-        there = polish_on(
-            f,
-            b.points + move,
-            periods=b.periods,
-            start=self._guess(q),
-            trust_radius=trust_radius,
-            contraction=CONTRACTS,
-        )
-        if not there.converged[0] or there.collapsed[0]:
-            return None
-        if self.classes.changed(f, there.points[0], there.labels[0], b.labels[0]):
-            return None
-        if (there.multipliers[0] - 1) * (b.multipliers[0] - 1) < 0:
-            return None  # that is the other orbit of a fold
-        way = np.abs(there.points - b.points)[b.used].max() + floor
-        ratio = float(there.surprise[0] / way)
-        if not ratio <= SURPRISE:
-            return None
-        self.before = (self.q, b.points, self.speed)
-        self.q, self.f, self.bundle = q, f, there
-        self.speed = velocity(there, f, self.family.name)
-        self._note()
-        return ratio
+    def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
+        """Solve for what ends the way."""
+        if shrinks_to_half(self.points(here), self.points(new)):
+            yield self._merged(here)
+        elif turns_back(here, new):
+            fold = self.curve.turning_point(here, new)
+            yield Passed(fold, end=self.end(fold, "fold"))
+        elif (off := here.note.multipliers - 1) * (new.note.multipliers - 1) < 0:
+            share = off / (here.note.multipliers - new.note.multipliers)
+            there = replace(here, y=here.y + share * (new.y - here.y))
+            yield Passed(None, end=self.end(there, "crossing"))
 
-    def _guess(self, q: float) -> Floats | None:
-        """Continue the cubic through the last two samples; None at the first step."""
-        if self.before is None:
-            return None
-        q0, x0, v0 = self.before
-        width = self.q - q0
-        t, x1, v1 = (q - q0) / width, self.bundle.points, self.speed
-        rise, a, b = x1 - x0, width * v0, width * v1
-        guess: Floats = x0 + t * rise + t * (1 - t) * ((a - rise) * (1 - t) + (rise - b) * t)
-        return guess
+    def gone(self, half: Half, classes: SymbolClasses) -> tuple[int, ...]:
+        """Tell which points leave their branches where a way ends, or just beyond."""
+        assert half.end is not None
+        met = set() if half.end.index is None else {half.end.index}
+        if half.end.reason not in ("breakpoint", "gap", "step limit"):
+            return tuple(met)
+        last, tangent = half.rows[-1], half.rows[-2 if met and len(half.rows) > 1 else -1].tangent
+        for way in BEYOND:
+            found = [self._left(last, tangent, times * way, classes) for times in (1.0, 2.0)]
+            if found[0] or met:
+                return tuple(sorted(met.union(*found)))
+        return ()
 
-    def _note(self) -> None:
-        self.way.values.append(self.q)
-        self.way.points.append(self.bundle.orbit_points(0))
-        self.way.multipliers.append(float(self.bundle.multipliers[0]))
-        self.way.last = self.bundle
-
-    def _apart(self) -> float:
-        """Distance between an orbit and itself half a period later."""
-        points = self.bundle.orbit_points(0)
-        if len(points) % 2:
-            return np.inf
-        return float(np.abs(points - np.roll(points, len(points) // 2)).max())
-
-    def _end(self, reason: Reason, step: float, place: int = 0) -> End:
-        points = self.bundle.orbit_points(0)
-        return End(
-            reason,
-            self.q,
-            points,
-            self.speed[0, : len(points)],
-            float(self.bundle.multipliers[0]),
-            step,
-            place,
-        )
-
-    def _explain(self, step: float) -> End:
-        """Look along the velocity for what stops the orbit."""
-        neutral = abs(self.bundle.multipliers[0] - 1) < NEUTRAL
-        if neutral and self._apart() < COLLAPSING * self.apart:
-            return self._end("doubling", step)
-        points = self.bundle.orbit_points(0)
-        labels = self.bundle.labels[0, : len(points)]
-        for times in LOOK_AHEAD:
-            ahead = points + times * step * self.speed[0, : len(points)]
-            q = self.q + times * step
-            if not np.isfinite(ahead).all() or (q - self.goal) * self.length > 0:
-                break
-            found = self._blocked(self.family.at(q), ahead, labels)
-            if found is not None:
-                twice = ahead + times * step * self.speed[0, : len(points)]
-                late = self._blocked(self.family.at(q), twice, labels) if len(points) > 1 else None
-                others = set(late[1]) - {found[1][0]} if late and late[0] == found[0] else ()
-                end = self._end(found[0], times * step, found[1][0])
-                return replace(end, others=tuple(sorted(others)))
-        return self._end("standstill", step)
-
-    def _blocked(
-        self, f: MapFamily, ahead: Floats, labels: NDArray[np.uint64]
-    ) -> tuple[Reason, list[int]] | None:
-        """Tell which points are outside, or not in their branches."""
-        lo, hi = f.domain
-        outside = np.flatnonzero((ahead < lo) | (ahead > hi))
-        if outside.size:
-            return "outside", outside.tolist()
-        got = sample(f, ahead)
-        gone = np.flatnonzero(got.status != OK).tolist()
-        other = sorted({*gone, *self.classes.changed(f, ahead, got.label, labels)})
-        return ("border", other) if other else None
+    def _left(
+        self, last: CurvePoint, tangent: Floats, way: float, classes: SymbolClasses
+    ) -> list[int]:
+        """Tell which points have left their branches a way further on."""
+        ahead = last.y + way * self.curve.scale * tangent
+        try:
+            f = self.equations.at(ahead[-1])
+        except ValueError:
+            return []  # the family ends there
+        got = sample(f, ahead[:-1])
+        changed = classes.changed(f, ahead[:-1], got.label, last.note.labels)
+        return sorted({*np.flatnonzero(got.status != OK).tolist(), *changed})

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.normal_forms import FlipCoefficient, flip_coefficient
+from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, flip_coefficient
 from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import Moment, in_window, moment
@@ -28,7 +28,7 @@ class Facts:
     approach: tuple[Moment, ...]
     below: Moment
     above: Moment
-    coefficient: FlipCoefficient
+    coefficient: CubicCoefficient
     numbers: dict[str, Value]
 
 
