@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy import special
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
@@ -52,7 +51,9 @@ def blocking_error(series: Floats) -> float:
         score[level] /= variance[level] ** 2
         x = 0.5 * (x[::2] + x[1::2])
     total = np.cumsum(score[::-1])[::-1]
-    limits = special.chdtri(np.arange(levels, 0, -1), 1.0 - INDEPENDENT)
+    from scipy.special import chdtri  # not for maps without exponents
+
+    limits = chdtri(np.arange(levels, 0, -1), 1.0 - INDEPENDENT)
     passed = np.flatnonzero(total < limits)
     # No level passes: correlations outlast the series. Four blocks then say least wrongly.
     level = int(passed[0]) if passed.size else max(levels - 2, 0)

@@ -285,15 +285,9 @@ export class App {
     this.showError(wrong?.field ?? null, wrong?.message ?? "");
   }
 
-  /** A motion from elsewhere starts anew; after a change of the model it goes on. */
   #move() {
     const answer = this.answers.get("motion");
-    if (!answer || answer === this.clock.motion) return;
-    const same = JSON.stringify(this.start) === JSON.stringify(answer.question.request.start);
-    const { t } = this.clock;
-    this.start = answer.question.request.start;
-    this.clock.take(answer);
-    if (same) this.clock.seek(t);
+    if (answer && answer !== this.clock.motion) this.clock.take(answer);
   }
 
   /** Resolves when nothing of a slot is under way. @param {string} slot @returns {Promise<void>} */

@@ -17,12 +17,11 @@ export class Clock {
     this.last = 0;
   }
 
-  /** Take a new motion, from its start. @param {Answer} answer */
+  /** Take a new motion, at the time of the last one. @param {Answer} answer */
   take(answer) {
     this.motion = answer;
     this.phases = globalSticks(this.arrays);
-    this.t = 0;
-    this.ontick();
+    this.seek(this.t);
   }
 
   /** @returns {any} */

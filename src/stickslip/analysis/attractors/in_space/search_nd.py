@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial import cKDTree
 
 from stickslip.analysis.attractors.attractor import AttractorListND, AttractorND
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent
@@ -27,6 +25,8 @@ from stickslip.analysis.orbits.orbits_nd import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from scipy.spatial import cKDTree
 
     from stickslip.analysis.maps.protocol import Floats, MapND
 
@@ -67,6 +67,8 @@ class Search:
 
     def _tree(self, points: Floats) -> cKDTree:
         """Make a tree of distances in widths, angles the short way round."""
+        from scipy.spatial import cKDTree  # not for maps of a line
+
         periods = getattr(self.f, "periods", None)
         box = None
         if periods is not None:
@@ -235,6 +237,8 @@ def search_attractors(
 
 def _grouped(search: Search, paths: Floats, features: Callable[[Floats], Any]) -> list[int]:
     """Group orbits by their features: clusters of single linkage, cut at the widest gap."""
+    from scipy.cluster.hierarchy import fcluster, linkage  # not for other searches
+
     found = np.array([np.atleast_1d(features(path)) for path in paths], dtype=np.float64)
     if len(found) == 1:
         return [search.settle(paths[0])]
