@@ -90,6 +90,9 @@ myst_heading_anchors = 3
 autosummary_generate = True
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
+# Annotations name a class by its last part, and two observables of sweeps are named as the results
+# they hold. Such a link goes to the result, which comes first.
+suppress_warnings = ["ref.python"]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "stickslip"

@@ -39,7 +39,7 @@ class Attractor(Result):
     edges : tuple of str
         For chaos, what each edge of the bands is an image of, in the order ``bands.ravel()``.
     lyapunov : LyapunovExponent
-        Mean of log |f'| per step, and its standard error.
+        Mean of ``log |f'|`` per step, and its standard error.
     basin_share : float
         Share of the seeds spread over the domain that end here: an estimate with a standard
         error of about ``sqrt(share (1 - share) / n_starts)``. `basins` gives the exact one.

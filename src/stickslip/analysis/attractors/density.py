@@ -48,7 +48,7 @@ class InvariantDensity(Result):
     density : ndarray (n,)
         Probability per unit length in each cell; zero outside the cells.
     lyapunov : LyapunovExponent
-        Mean of log |f'|: a check on the time average. `n` is the number of cells.
+        Mean of ``log |f'|``: a check on the time average. `n` is the number of cells.
     error : float
         Estimated error of the density in the L1 norm: its distance from that on cells twice as
         wide. The error of the exponent is estimated in the same way.

@@ -47,7 +47,7 @@ SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LyapunovExponent(Result):
-    """Mean of log |f'| along orbits, per step of the map; in R^n of the most growing direction's.
+    """Mean of ``log |f'|`` along orbits, per step; in R^n of the most growing direction's.
 
     Attributes
     ----------

@@ -74,12 +74,12 @@ class AttractorTable:
     where : ndarray of int
         Place of the parameter in the diagram's ``values``; ascending.
     kind : ndarray of str
-        "periodic", "chaotic" (the mean of log |f'| is positive; not proved) or "undecided"; in
+        "periodic", "chaotic" (the mean of ``log |f'|`` is positive; not proved) or "undecided"; in
         R^m also "quasiperiodic".
     period : ndarray of int
         Of a periodic attractor, else 0.
     lyapunov : ndarray of float
-        Mean of log |f'| per step: exact for a cycle, else over the points kept.
+        Mean of ``log |f'|`` per step: exact for a cycle, else over the points kept.
     points : ndarray of float, shape (m, k), in R^n (m, k, n)
         The cycle, or successive iterates; NaN fills the rest of a row.
     """

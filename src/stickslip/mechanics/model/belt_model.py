@@ -436,7 +436,7 @@ class BeltModel(ABC):
         return points
 
     def sample_domain(self, n: int, rng: np.random.Generator | int | None = None) -> Floats:
-        """Draw differences of global stick phases, shape (n, *d_shape).
+        """Draw differences of global stick phases, shape ``(n, *d_shape)``.
 
         They belong to displacements drawn uniformly from those with which all blocks ride.
         """

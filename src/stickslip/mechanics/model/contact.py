@@ -117,7 +117,7 @@ def _amplitude(name: str, value: object) -> float:
 @suggests
 @dataclass(frozen=True)
 class Contact:
-    """A place of a structure where dry friction acts; it slips at ``w = b . v - V``.
+    """A place of a structure where dry friction acts; it slips at ``w = b v - V``.
 
     Parameters
     ----------
