@@ -98,15 +98,16 @@ class LawCode:
         return names.index(name)
 
 
-_codes: dict[tuple[Formula, ...], LawCode] = {}
+_codes: dict[frozenset[Formula], LawCode] = {}
 _serial = itertools.count()
 
 
 def law_code(laws: Sequence[FrictionLaw]) -> LawCode:
     """Kernels for the laws of a model's blocks; the same object for the same formulas."""
-    formulas = tuple(dict.fromkeys(law.formula for law in laws))
+    formulas = frozenset(law.formula for law in laws)
     if formulas not in _codes:
-        _codes[formulas] = _generated(formulas)
+        # In an order of their own: blocks that change places need no other kernels.
+        _codes[formulas] = _generated(tuple(sorted(formulas, key=repr)))
     return _codes[formulas]
 
 
