@@ -78,6 +78,7 @@ def test_the_unstable_branch_ends_on_the_ellipse_that_touches_stick() -> None:
     end = cycles().small_end
     assert end.value == pytest.approx(threshold(float(MODEL.damping[0, 0])), rel=1e-10)
     np.testing.assert_allclose(np.ravel(end.points), touching_point(), rtol=1e-6)
+    assert all(orbit.period == 1 for orbit in cycles().curve)  # folds and this end are orbits, too
 
 
 def test_a_kick_that_does_not_reach_stick_dies_out() -> None:
