@@ -7,7 +7,16 @@ import pytest
 
 import stickslip as ss
 from stickslip import studies
-from stickslip.studies.hunting_axis.axis import MODEL, axis_map, bristles, half_map, hunting
+from stickslip.studies.hunting_axis.axis import (
+    DERIVATIVE,
+    DROP,
+    MODEL,
+    PROPORTIONAL,
+    axis_map,
+    bristles,
+    half_map,
+    hunting,
+)
 
 
 def test_the_map_is_the_closed_form() -> None:
@@ -29,6 +38,15 @@ def test_the_only_orbit_has_the_distance_period_and_multiplier_of_the_formula(se
     assert orbit.points[0] == pytest.approx(exact.distance, rel=1e-12)
     assert orbit.multiplier == pytest.approx(exact.multiplier, rel=1e-9, abs=1e-12)
     assert f.evaluate(orbit.points[0]).duration == pytest.approx(exact.period, rel=1e-12)
+
+
+def test_the_distance_has_a_limit_as_the_integral_gain_goes_to_zero() -> None:
+    half = 0.5 * DERIVATIVE
+    swing = np.exp(-half * np.pi / np.sqrt(PROPORTIONAL - half**2))
+    limit = DROP * (1.0 + swing) / (2.0 * PROPORTIONAL)
+    errors = [hunting(gain).distance / limit - 1.0 for gain in (1e-2, 1e-3)]
+    assert errors[0] == pytest.approx(10.0 * errors[1], rel=1e-2)
+    assert abs(errors[1]) < 1e-4
 
 
 def test_a_motion_comes_to_the_cycle() -> None:

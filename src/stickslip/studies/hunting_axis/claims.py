@@ -173,7 +173,7 @@ def _bristles() -> Iterator[Claim]:
         "hunting.bristles",
         3,
         HERE,
-        "Friction made smooth hunts too little, or not at all",
+        "Friction made smooth hunts by another amount, or not at all",
         Finding(
             "LuGre's friction with soft bristles comes to the goal; with stiff ones it hunts",
             f"amplitude beside the exact one, {told}; the exact motion takes 4 events a period",
