@@ -24,7 +24,7 @@ from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial,
 from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
 from stickslip.analysis.attractors.lyapunov import advance, perturbed
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import MapND, checked_points, domain_width
 from stickslip.checks import (
@@ -265,8 +265,7 @@ def basins(
     if grid is not None:
         raise ValueError("grid is for maps of R^n: basins on a line are intervals.")
     f = line_map(f)
-    whole_table = branch_table(f)
-    table = whole_table.laps
+    table = branch_table(f).laps
     known = (
         attractors(f)
         if found is None
@@ -284,9 +283,8 @@ def basins(
     edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
     counts = np.zeros(len(known) + 2, dtype=np.int64)
     if np.any(index == UNDECIDED):
-        fast = interpolated_map(whole_table)
         points = _spread(pieces, n_samples, generator)
-        _count(fast if np.isfinite(fast.error) else f, pieces, points, counts, generator)
+        _count(stand_in(f), pieces, points, counts, generator)
     return Basins(
         edges=edges,
         index=index,
