@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.work import Work
 
 FIRST_BLOCK: Final = 256
 GROWTH: Final = 4  # each block of steps is this many times longer than the one before
@@ -94,12 +95,17 @@ class AttractorSearch:
         self.doubts: list[str] = []
         self.rng = np.random.default_rng(0)
 
-    def run(self, start: Floats) -> None:
+    def run(self, start: Floats, work: Work) -> None:
         """Follow seeds until each has left, been captured, or used up its steps."""
         self.fate = np.full(len(start), -1)
+        with work.until_interrupted():
+            self._run(start, work)
+
+    def _run(self, start: Floats, work: Work) -> None:
         moving, x = np.arange(len(start)), start
         done, block, reason = 0, FIRST_BLOCK, ""
         while moving.size and done < self.max_steps:
+            work.tell(max(1 - moving.size / len(start), done / self.max_steps))
             steps = min(block, self.max_steps - done)
             tails = advance(self.fast, x, steps)
             done, block = done + steps, block * GROWTH
@@ -336,6 +342,7 @@ class AttractorSearch:
                 f"basins that hold none of {len(self.fate)} seeds; "
                 f"cycles longer than {self.max_period}"
             ),
+            unfollowed=int(np.sum(self.fate == -1)),
         )
 
 

@@ -35,7 +35,7 @@ from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.threads import in_threads
+from stickslip.analysis.work import in_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
