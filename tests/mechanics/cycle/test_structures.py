@@ -99,10 +99,56 @@ def test_a_drill_string_sticks_and_slips_with_and_without_its_angle() -> None:
     turned = ends[1] - ends[0]
     assert turned[0] == pytest.approx(turned[1], rel=1e-12)
     assert turned[0] > 1.0
-    for each, name in ((cycle, "force_1"), (same, "a_2")):
-        number = each.model.parameters[name]
-        with pytest.raises(ValueError, match="all rub on one belt"):
-            ss.follow(each, name, (0.99 * number, 1.01 * number))
+    curves = [
+        ss.follow(cycle, "force_1", (1.5, 40.0)),
+        ss.follow(same, "a_2", (3.0, 80.0)),
+    ]
+    for curve, name, unit in zip(curves, ("force_1", "a_2"), (1.0, upper), strict=True):
+        # It lands at the limit and meets the cycle that never sticks, which ends at rest.
+        assert curve.end_reasons == ("end of range", "vanishes")
+        assert [event.kind for event in curve.bifurcations] == ["landing", "hopf"]
+        landing, hopf = curve.bifurcations
+        assert landing.value * unit == pytest.approx(30.36993562823, rel=1e-11)
+        around = 0.9 * hopf.value, 1.1 * hopf.value  # the middle is one of the values looked at
+        found = [
+            event.value
+            for steady in ss.equilibria(hopf.solution.model)
+            for event in ss.follow(steady, name, around).bifurcations
+        ]
+        assert hopf.value == pytest.approx(found[0], rel=1e-12)
+        assert max(row.residual for row in curve) < 1e-10
+        slips = next(row for row in curve if not row.events)
+        again = ss.find_cycle(slips.model, slips.x, slips.v)
+        assert not again.events
+        assert again.period == pytest.approx(slips.period, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_cycles_of_structures_are_followed_to_those_found_anew(seed: int) -> None:
+    """Masses that do not rub, belts of two speeds, stiffness of any symmetry, loads that vary."""
+    rng = np.random.default_rng(seed)
+    n = 3
+    spread = rng.normal(size=(n, n))
+    law = ss.PoppStelter(gamma=float(rng.uniform(1.0, 4.0)))
+    model = ss.Structure(
+        mass=rng.uniform(0.5, 2.0, n),
+        stiffness=np.eye(n) + 0.1 * spread @ spread.T + 0.05 * rng.normal(size=(n, n)),
+        damping=0.2 * np.eye(n),
+        contacts=[
+            ss.Contact(at=0, friction=law, V=0.1),
+            ss.Contact(at=2, friction=law, V=0.15, load=[0, 0.1, 0]),
+        ],
+    )
+    cycle = ss.limit_cycles(model, n_starts=1, max_events=1000, rng=seed)[0]
+    curve = ss.follow(cycle, "V_1", (0.098, 0.102))
+    assert curve.values.min() < 0.1 < curve.values.max()
+    assert max(row.residual for row in curve) < 1e-9
+    for end in (curve[0], curve[-1]):
+        if end.stable:
+            again = ss.find_cycle(end.model, end.x, end.v)
+            assert again.period == pytest.approx(end.period, rel=1e-10)
+            sizes = [np.sort(np.abs(each.multipliers)) for each in (again, end)]
+            np.testing.assert_allclose(*sizes, rtol=0, atol=1e-7)
 
 
 def test_what_slides_is_told_by_speeds_of_slip_where_belts_differ() -> None:

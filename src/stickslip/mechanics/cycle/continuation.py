@@ -17,11 +17,11 @@ from stickslip.analysis.continuation.follower import (
     contained,
     first_point,
 )
-from stickslip.checks import checked_interval, shown, whole_number
+from stickslip.checks import checked_interval, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
 from stickslip.mechanics.cycle.mode_changes import Touch, on_section, partners, touches
 from stickslip.mechanics.cycle.shooting import Shooter
-from stickslip.mechanics.cycle.sliding import modes
+from stickslip.mechanics.cycle.sliding import modes_about, steady_states
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
 from stickslip.numerics.continuation import (
     CurvePoint,
@@ -34,7 +34,7 @@ from stickslip.numerics.continuation import (
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator, Iterator
 
     from numpy.typing import NDArray
 
@@ -49,6 +49,7 @@ CONTROL: Final = StepControl(first=0.005, smallest=1e-13, largest=1 / 32, patien
 TOLD: Final = {"persists": ", goes on with other modes", "fold": ", meets another cycle", None: ""}
 ORDER: Final = ("landing", "grazing", "limit", "tie")
 DECISIVE: Final = 1e-5  # room that a touch may have left where a walk could go no further
+SLANT: Final = 0.5  # of the cosine between cycle and section's normal: less asks for another one
 AWAY: Final = 1e-6  # least half-width of the interval in which a Hopf point is solved for
 
 
@@ -97,8 +98,8 @@ def follow_cycle(
 ) -> Curve:
     """Follow a limit cycle along a parameter of its model; see `stickslip.follow`.
 
-    Unknowns are a state where a block comes to rest in space (of a forced model: at the
-    forcing's phase at time 0), the period and the parameter. A curve goes on through folds, and
+    Unknowns are a state where a coordinate is extreme (of a forced model: at a phase of the
+    forcing), the period and the parameter. A curve goes on through folds, and
     where the sequence of modes changes it goes on with the cycle that is found there with
     other modes. Derivation: docs/theory/cycles.md.
     """
@@ -111,12 +112,6 @@ def follow_cycle(
 def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[float, float]:
     model = cycle.model
     checked_parameter("parameter", checked_model(model), parameter)
-    plant = model.plant
-    if plant.turns.size or not (plant.is_forced or plant.rubs_as_one):
-        raise ValueError(
-            f"model = {shown(model)}: cycles are followed of masses that all rub on one belt, and "
-            "of forced models that do not turn freely. Take find_cycle at each value."
-        )
     low, high = checked_interval("range", ends)
     contained(low, high, parameter, model.parameters[parameter], "cycle")
     for end in (low, high):
@@ -150,6 +145,20 @@ class _CycleFollower(Follower):
         )
         return first_point(self.curve, y, wrong)
 
+    def walk(self, start: CurvePoint) -> Generator[CurvePoint, None, WalkEnd]:
+        """Yield points, as long as the section lies across the cycle."""
+        # Where it touched the cycle two crossings would meet, which looks like a fold.
+        walk, least = super().walk(start), SLANT * abs(start.note.crossing)
+        while True:
+            try:
+                point = next(walk)
+            except StopIteration as stop:
+                end: WalkEnd = stop.value
+                return end
+            yield point
+            if abs(point.note.crossing) < least and self.low < point.parameter < self.high:
+                return WalkEnd("region", point)
+
     def restart(self, start: CurvePoint) -> None:
         """Return to the start's section and modes."""
         self.fresh = 0
@@ -162,9 +171,8 @@ class _CycleFollower(Follower):
         return y
 
     def _take(self, shooting: Shooting, y: Floats) -> None:
-        period = float(y[-2]) if shooting.section.block is not None else 1.0
         self.shooting = shooting
-        self.curve = self.line(shooting, shooting.scale(self.high - self.low, period))
+        self.curve = self.line(shooting, shooting.scale(self.high - self.low, y))
 
     # --- along the curve --------------------------------------------------------------------
 
@@ -191,11 +199,8 @@ class _CycleFollower(Follower):
 
     def _passes_rest(self, a: CurvePoint, b: CurvePoint) -> bool:
         """Whether a slip cycle has shrunk to steady sliding and grown again, mirrored in time."""
-        block = self.shooting.section.block
-        if block is None or self.shooting.word:
-            return False
-        row = self.model.n_blocks + block
-        return bool(a.note.velocity[row] * b.note.velocity[row] < 0.0)
+        slips = not self.shooting.word and self.shooting.free
+        return bool(slips and a.note.bend * b.note.bend < 0.0)
 
     def _vanished(self, a: CurvePoint, b: CurvePoint) -> Passed:
         """End at the Hopf point, which is solved for on the modes of steady sliding."""
@@ -203,7 +208,8 @@ class _CycleFollower(Follower):
 
         def growth(value: float) -> float:
             model = self.model.replace(**{self.name: value})
-            values = modes(model, model.V).values
+            (steady, *_) = steady_states(model, near=a.note.state.w)
+            values = modes_about(model.plant, model.laws, steady).values
             return float(values[np.argmin(np.abs(values - 1j * frequency))].real)
 
         # On both sides the parameter has left its extreme, which is at the Hopf point.

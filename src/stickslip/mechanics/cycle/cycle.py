@@ -38,7 +38,7 @@ class Cycle(Result):
     stable : bool
         All multipliers are inside the unit circle.
     x, v : ndarray of float, shape (N,)
-        A state of the cycle: just after an event, or where a block rests in space; of a forced
+        A state of the cycle: just after an event, or where a coordinate is extreme; of a forced
         model at the forcing's phase at time 0.
     events : tuple of Event
         Changes of mode in one period, times from that state on.

@@ -181,6 +181,8 @@ def _brackets(
         if values[k] * values[k + 1] < 0:
             brackets.append((float(grid[k]), float(grid[k + 1])))
     for k in range(1, len(grid) - 1):
+        if values[k] == 0.0 and values[k - 1] * values[k + 1] < 0.0:
+            brackets.append((float(grid[k - 1]), float(grid[k + 1])))
         before, here, after = np.abs(values[k - 1 : k + 2])
         same = values[k - 1] * values[k] > 0 and values[k] * values[k + 1] > 0
         if same and here < min(before, after):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.mechanics.cycle.section import Section, Shooting, Word, word_of
+from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, rates, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
 from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
@@ -97,7 +97,7 @@ def _inside(
     return found
 
 
-SAMPLES: Final = 48  # per unit of time, when a block's rest in space is looked for
+SAMPLES: Final = 48  # per unit of time, when extremes are looked for
 FAR: Final = 0.1  # of the period: an event this far from the section is far
 BESIDE: Final = 1e-6  # of the range: how far beside a change of modes cycles are sought
 SCALES: Final = (1e-8, 1e-6, 1e-4, 1e-2)  # of displacements from the cycle there
@@ -111,22 +111,18 @@ SOLVED: Final = 1e-11  # residual of a cycle, units of the state
 
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
     """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns."""
-    # The section is the rest in space, of any block, that is sharpest and farthest from events;
-    # of a forced model the time farthest from them.
-    model = cycle.model
+    model, plant, rounds = cycle.model, cycle.model.plant, 1
     shooter = Shooter(model, rtol=rtol, tangents=False)
-    start, n_free = shooter.start(cycle.x, cycle.v), shooter.n - shooter.n_contacts
-    forced, rounds = model.plant.is_forced, 1
-    time, block = (_between_events(cycle), None) if forced else _rest_in_space(cycle)
+    start, along = shooter.start(cycle.x, cycle.v), None
+    if plant.is_forced:
+        time, rounds = _between_events(cycle), round(cycle.period / plant.period)
+    else:
+        time, along = _extreme(cycle)
     if time > 0.0:
         start = shooter.leg(start, 10**9, max_time=time).state
-    if block is None:
-        rounds = round(cycle.period / model.plant.period)
-    else:
-        start.w[block] = -model.plant.V[block]
-        start = start._replace(t=0.0)
+    section = Section.through(plant, start, along)
+    start = start._replace(t=section.time)
     leg = shooter.leg(start, 10**9, max_time=cycle.period)
-    section = Section(block, start.mode, n_free, start.t)
     shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
     return shooting, shooting.unknowns(start, cycle.period, model.parameters[name])
 
@@ -141,28 +137,34 @@ def _between_events(cycle: Cycle) -> float:
     return float((times[k] + 0.5 * ways[k]) % cycle.period)
 
 
-def _rest_in_space(cycle: Cycle) -> tuple[float, int]:
-    """Time and block of an extreme of a displacement: sharp, and far from events."""
-    trajectory = cycle.trajectory
+def _extreme(cycle: Cycle) -> tuple[float, Floats]:
+    """Time at which a coordinate is extreme, and the coordinate: sharp, and far from events."""
+    trajectory, plant = cycle.trajectory, cycle.model.plant
+    matrix, constant = rates(plant.reduced)
+
+    def rate(time: Floats | float) -> Floats:
+        z = plant.coordinates(trajectory.x(time), trajectory.v(time))
+        return np.asarray(z @ matrix.T + constant)
+
     t = np.linspace(0.0, cycle.period, max(400, int(SAMPLES * cycle.period)))
-    v = trajectory.v(t)
-    events = np.array([event.time for event in cycle.events])
-    best = (-1.0, 0.0, 0)
-    for block in range(v.shape[1]):
-        for i in np.flatnonzero(v[:-1, block] * v[1:, block] <= 0.0):
-            sharpness = abs(v[i + 1, block] - v[i, block]) / (t[i + 1] - t[i])
+    rows, events = coordinates(plant), np.array([event.time for event in cycle.events])
+    values, best = rate(t) @ rows.T, (-1.0, 0.0, 0)
+    for k in range(len(rows)):
+        v = values[:, k]
+        for i in np.flatnonzero(v[:-1] * v[1:] <= 0.0):
+            sharpness = abs(v[i + 1] - v[i]) / (t[i + 1] - t[i])
             apart = np.abs((t[i] - events + 0.5 * cycle.period) % cycle.period - 0.5 * cycle.period)
             room = min(float(apart.min(initial=np.inf)), FAR * cycle.period)
-            best = max(best, (float(sharpness) * room, float(t[i]), block))
-    _, near, block = best
+            best = max(best, (float(sharpness) * room, float(t[i]), k))
+    _, near, k = best
 
     def speed(time: float) -> float:
-        return float(trajectory.v(time)[block])
+        return float(rate(time) @ rows[k])
 
     after = min(near + t[1], cycle.period)
     if speed(near) * speed(after) >= 0.0:
-        return (near if abs(speed(near)) < abs(speed(after)) else after), block
-    return float(brentq(speed, near, after, xtol=1e-14)), block
+        return (near if abs(speed(near)) < abs(speed(after)) else after), rows[k]
+    return float(brentq(speed, near, after, xtol=1e-14)), rows[k]
 
 
 class Partner(NamedTuple):
@@ -228,7 +230,7 @@ def _beside(
 
 def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats]:
     """Yield starts about the cycle at a change, near ones first, each also a period later."""
-    n_states = int(np.count_nonzero(free.section.unknown))
+    n_states = free.n_states
     plain = np.append(point.y[:-1], value)
     directions = np.random.default_rng(SEED).normal(size=(N_DIRECTIONS, n_states))
     for scale, direction, sign in itertools.product(SCALES, directions, (1.0, -1.0)):
@@ -244,8 +246,7 @@ def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats
 def _converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
     """Cycle at the parameter of a guess, of whatever modes."""
     try:
-        period = float(guess[-2]) if shooting.section.block is not None else 1.0
-        y = ArclengthCurve(shooting, shooting.scale(width, period)).point(guess).y
+        y = ArclengthCurve(shooting, shooting.scale(width, guess)).point(guess).y
         residual = float(np.abs(shooting(y)[0]).max())
     except (LeavesRegion, StepTooLong, ValueError):
         return None

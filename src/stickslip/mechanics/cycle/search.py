@@ -12,9 +12,9 @@ from stickslip import status as status_codes
 from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
-from stickslip.mechanics.cycle.section import Section, Shooting, Shot
+from stickslip.mechanics.cycle.section import Section, Shooting, Shot, coordinates, rates
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
-from stickslip.mechanics.cycle.sliding import linear_modes, modes, steady_displacements
+from stickslip.mechanics.cycle.sliding import linear_modes
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
 from stickslip.mechanics.model.plant import unfelt
@@ -333,6 +333,7 @@ def _check(leg: Leg) -> None:
 
 PATIENCE: Final = 2.5  # periods of the slowest mode in which two extremes of a kind must come
 STEP: Final = 1 / 64  # of the fastest mode's period: where extremes are looked for
+MOST_STEPS: Final = 8192  # in that search
 SLIP_CLOSE: Final = 0.05  # of the motion's size: a return this close is worth an attempt
 SLIP_REACH: Final = 10.0  # distances of the return that Newton's method may move the state
 NEUTRAL: Final = 1e-9  # multipliers this close to the unit circle: one of a family of motions
@@ -341,69 +342,80 @@ SMALLEST: Final = 1e-6  # of the static limits: smaller motions are steady slidi
 
 def slip_cycle(model: Model, state: State, *, rtol: float) -> Shot | None:
     """Cycle without events near a motion in which all blocks slip, if there is one."""
-    # Newton's method starts from two successive extremes of a displacement.
-    if model.plant.is_forced or (state.mode == 0).any() or not model.plant.rubs_as_one:
+    # Newton's method starts from two successive maxima of a coordinate.
+    if model.plant.is_forced or (state.mode == 0).any():
         return None
-    found = _two_extremes(model, state, rtol)
-    if found is None:
+    swings = _Swings(model, state, rtol)
+    first = swings.next(state)
+    low = None if first is None else swings.next(first[0])
+    second = None if low is None else swings.next(low[0])
+    if first is None or low is None or second is None:
         return None
-    block, first, second, period = found
-    distance = float(np.abs(second.z - first.z).max())
-    size = _size(model, second)
+    distance = float(np.abs(model.plant.felt(second[0].z - first[0].z)).max())
+    size = swings.size(low[0], second[0])
     if not SMALLEST < size or distance > SLIP_CLOSE * size:
         return None
-    section = Section(block, second.mode, model.n_blocks)
-    shooting = Shooting(model, "V", section, word=(), rtol=rtol)
-    guess = shooting.unknowns(second, period, model.V)
+    name, value = next(iter(model.parameters.items()))
+    section = Section.through(model.plant, second[0], swings.along)
+    shooting = Shooting(model, name, section, word=(), rtol=rtol)
+    guess = shooting.unknowns(second[0], low[1] + second[1], value)
     try:
-        point = ArclengthCurve(shooting, shooting.scale(model.V, period)).point(guess)
+        point = ArclengthCurve(shooting, shooting.scale(abs(value) or 1.0, guess)).point(guess)
     except (LeavesRegion, StepTooLong):
         return None
     shot: Shot = point.note
-    moved = float(np.abs(shot.state.z - second.z).max())
+    moved = float(np.abs(section.ways.T @ (shot.state.z - second[0].z)).max())
     if (np.abs(np.abs(shot.multipliers) - 1.0) < NEUTRAL).all():
         return None
-    near = moved <= SLIP_REACH * distance + SMALLEST and abs(point.parameter - model.V) < 1e-14
-    return shot if near and _size(model, shot.state) > 0.1 * size else None
+    near = moved <= SLIP_REACH * distance + SMALLEST and abs(point.parameter - value) < 1e-14
+    half = swings.next(shot.state)
+    return shot if near and half and swings.size(shot.state, half[0]) > 0.1 * size else None
 
 
-def _size(model: Model, state: State) -> float:
-    """Amplitude of a motion at rest in space: how far the blocks are from steady sliding."""
-    return float(np.abs(state.z[: model.n_blocks] - steady_displacements(model, model.V)).max())
+class _Swings:
+    """A motion without events, from one extreme of a coordinate to the next."""
 
+    def __init__(self, model: Model, state: State, rtol: float) -> None:
+        self.shooter = Shooter(model, rtol=rtol, tangents=False)
+        self.matrix, self.constant = rates(model.plant.reduced)
+        fast = np.abs(linear_modes(model).values)
+        fast = fast[fast > STILL * fast.max()]
+        self.step = 2.0 * np.pi * STEP / float(fast.max())
+        patience = PATIENCE * 2.0 * np.pi / float(fast.min()) / self.step
+        self.n_steps = int(min(patience, MOST_STEPS))
+        rows = coordinates(model.plant)
+        self.along = rows[np.argmax(np.abs(rows @ self._rates(state)))]
 
-def _two_extremes(
-    model: Model, state: State, rtol: float
-) -> tuple[int, State, State, float] | None:
-    """Block, states at two maxima of its displacement, and the time between; None if it lands."""
-    shooter = Shooter(model, rtol=rtol, tangents=False)
-    frequencies = np.abs(modes(model, model.V).values)
-    step = 2.0 * np.pi * STEP / frequencies.max()
-    n_steps = int(PATIENCE * 2.0 * np.pi / frequencies.min() / step)
-    block = int(np.argmax(np.abs(state.w + model.V)))
-    extremes: list[State] = []
-    times: list[float] = []
-    here, t = state, 0.0
-    for _ in range(n_steps):
-        leg = shooter.leg(here, 1, max_time=step)
-        if leg.events or leg.status:
-            return None
-        before, after = here.w[block] + model.V, leg.state.w[block] + model.V
-        if before > 0.0 >= after:
-            part = _turning(shooter, here, block, step)
-            extremes.append(shooter.leg(here, 1, max_time=part).state)
-            times.append(t + part)
-            if len(times) == 2:
-                return block, extremes[0], extremes[1], times[1] - times[0]
-        here, t = leg.state, t + step
-    return None
+    def _rates(self, state: State) -> Floats:
+        return np.asarray(self.matrix @ state.z + self.constant)
 
+    def _speed(self, state: State) -> float:
+        return float(self.along @ self._rates(state))
 
-def _turning(shooter: Shooter, state: State, block: int, step: float) -> float:
-    """Time within a step at which a block comes to rest in space."""
-    low, high = 0.0, step
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        v = shooter.leg(state, 1, max_time=middle).state.w[block] + shooter.model.V
-        low, high = (middle, high) if v > 0.0 else (low, middle)
-    return 0.5 * (low + high)
+    def next(self, state: State) -> tuple[State, float] | None:
+        """State at the next extreme, and the time until then; None if an event comes before."""
+        here, t, rising = state, 0.0, 0.0
+        for _ in range(self.n_steps):
+            leg = self.shooter.leg(here, 1, max_time=self.step)
+            if leg.events or leg.status:
+                return None
+            rising = rising or np.sign(self._speed(leg.state))  # at an extreme it begins with 0
+            if self._speed(leg.state) * rising < 0.0:
+                part = self._turning(here, rising)
+                return self.shooter.leg(here, 1, max_time=part).state, t + part
+            here, t = leg.state, t + self.step
+        return None
+
+    def _turning(self, state: State, rising: float) -> float:
+        """Time within a step at which the coordinate is extreme."""
+        low, high = 0.0, self.step
+        for _ in range(30):
+            middle = 0.5 * (low + high)
+            still = self._speed(self.shooter.leg(state, 1, max_time=middle).state) * rising > 0.0
+            low, high = (middle, high) if still else (low, middle)
+        return 0.5 * (low + high)
+
+    def size(self, a: State, b: State) -> float:
+        """Amplitude of a motion from its states at two extremes."""
+        n = len(self.along)
+        return 0.5 * abs(float(self.along @ (a.z - b.z)[:n]))

@@ -9,12 +9,14 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
+from stickslip.mechanics.model.plant import unfelt
 from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.mechanics.model.plant import Plant, Reduced
     from stickslip.numerics.arrays import Floats, Ints
 
 
@@ -25,28 +27,39 @@ EVENTS: Final = 100_000  # in one period, after which a shot is given up
 
 
 class Section(NamedTuple):
-    """Where a period begins: where a contact rests in space, or at a time of the forcing."""
+    """Where a period begins: where a coordinate is extreme, or at a time of the forcing."""
 
-    # There a block is at an extreme of its displacement and slips, because the belt does not rest:
-    # no event is there.
+    # Friction does not act on y: y' is linear in the state, a plane in which each cycle without
+    # forcing begins twice a period or more. A block that rests in space is an example; no contact
+    # with a moving belt has an event there. Steady sliding lies in all of these planes.
 
-    block: int | None  # from 0; None: of a forced model
     mode: Ints  # of all contacts there
-    n_free: int  # coordinates y
+    ways: Floats  # orthonormal columns: changes of a state with these modes that something feels
+    along: Floats | None = None  # row: along @ y is extreme; None: at a time
     time: float = 0.0  # of the forcing
 
-    @property
-    def compared(self) -> NDArray[np.bool_]:
-        """Coordinates that must come back: those that vary."""
-        return np.concatenate([np.ones(self.n_free, dtype=bool), self.mode != 0])
+    @classmethod
+    def through(cls, plant: Plant, state: State, along: Floats | None = None) -> Section:
+        """Section through a state."""
+        ways = np.eye(len(state.z))[:, state.free]
+        if plant.turns.size:
+            ways = ways @ unfelt(plant.turns[state.free].T)
+        return cls(state.mode, ways, along, state.t if along is None else 0.0)
 
-    @property
-    def unknown(self) -> NDArray[np.bool_]:
-        """Coordinates that are unknown: the velocity at the section is not."""
-        unknown = self.compared
-        if self.block is not None:
-            unknown[self.n_free + self.block] = False
-        return unknown
+
+def coordinates(plant: Plant) -> Floats:
+    """Rows: directions of y that something feels, one for each coordinate."""
+    n = plant.reduced.n_free - plant.n_waves
+    turns = plant.turns[:n]
+    rows = np.eye(n) - turns @ turns.T
+    sizes = np.linalg.norm(rows, axis=1)
+    return np.asarray(rows[sizes > 0.5 / n] / sizes[sizes > 0.5 / n, None])
+
+
+def rates(reduced: Reduced) -> tuple[Floats, Floats]:
+    """Matrix and constant of y' in the state, where nothing is forced."""
+    own = slice(reduced.n_waves, reduced.n_free)
+    return reduced.matrix[own, reduced.n_waves :], reduced.constant[own]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +71,7 @@ class Shot:
     state: State
     leg: Leg
     velocity: Floats
-    belt_change: Floats  # derivative of the belts' velocities in the parameter
+    rates_change: tuple[Floats, Floats]  # derivative in the parameter of what `rates` gives
     period_change: float  # ... and of the forcing's period
 
     @property
@@ -69,7 +82,27 @@ class Shot:
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """Floquet multipliers, as in `Cycle`."""
-        return multipliers(self.section, self.leg, self.velocity)
+        return multipliers(self.section, self.leg, self.velocity, self.normal)
+
+    @property
+    def normal(self) -> Floats | None:
+        """Normal of the section's plane, not of length 1."""
+        along = self.section.along
+        return None if along is None else along @ rates(self.model.plant.reduced)[0]
+
+    @property
+    def bend(self) -> float:
+        """Second derivative of what is extreme at the section; 1 at a time of the forcing."""
+        return 1.0 if self.normal is None else float(self.normal @ self.velocity)
+
+    @property
+    def crossing(self) -> float:
+        """Cosine between the motion and the normal of the section."""
+        if self.normal is None:
+            return 1.0
+        ways = self.section.ways
+        sizes = [np.linalg.norm(ways.T @ each) for each in (self.normal, self.velocity)]
+        return self.bend / float(np.prod(sizes))
 
 
 def word_of(leg: Leg) -> Word:
@@ -77,17 +110,18 @@ def word_of(leg: Leg) -> Word:
     return tuple((block, mode) for _, block, mode in leg.events)
 
 
-def multipliers(section: Section, leg: Leg, velocity: Floats) -> NDArray[np.complex128]:
+def multipliers(
+    section: Section, leg: Leg, velocity: Floats, normal: Floats | None
+) -> NDArray[np.complex128]:
     """Floquet multipliers of one period by descending size; the trivial one is left out."""
     # More than the directions that are free in the phase with most riders are exact zeros.
-    kept = section.compared
-    matrix = leg.tangent[np.ix_(kept, kept)]
-    rank, total = section.n_free + _fewest_slipping(section, leg), kept.size
-    if section.block is not None:
-        rate = velocity[kept]
-        row = int(np.count_nonzero(kept[: section.n_free + section.block]))
-        matrix = matrix - np.outer(rate, matrix[row]) / rate[row]
-        matrix = np.delete(np.delete(matrix, row, axis=0), row, axis=1)
+    ways = section.ways
+    matrix = ways.T @ leg.tangent @ ways
+    total = len(matrix) + int(np.count_nonzero(section.mode == 0))
+    rank = total - len(section.mode) + _fewest_slipping(section, leg)
+    if normal is not None:
+        lost = normal @ ways @ matrix / (normal @ velocity)
+        matrix = matrix - np.outer(ways.T @ velocity, lost)
         rank, total = rank - 1, total - 1
     values = np.linalg.eigvals(matrix).astype(np.complex128)
     values = values[np.argsort(-np.abs(values), kind="stable")][:rank]
@@ -104,7 +138,7 @@ def _fewest_slipping(section: Section, leg: Leg) -> int:
 
 
 class Shooting:
-    """Equations of a cycle along a parameter: ``F(x, slipping w, period, parameter) = 0``."""
+    """Equations of a cycle along a parameter: ``F(state, period, parameter) = 0``."""
 
     # `word`: changes of mode that every shot must have; `rounds`: periods of the forcing in one.
 
@@ -125,27 +159,32 @@ class Shooting:
 
     def unknowns(self, state: State, period: float, value: float) -> Floats:
         """Unknowns of a start on the section."""
-        own = [] if self.section.block is None else [period]
-        return np.array([*state.z[self.section.unknown], *own, value])
+        return np.array([*state.z @ self.section.ways, *self._own(period), value])
 
     def start(self, y: Floats) -> tuple[Model, State, float]:
         """Model, state on the section and period that the unknowns stand for."""
         model = self.model.replace(**{self.name: float(y[-1])})
-        section, unknown = self.section, self.section.unknown
-        z = np.zeros(unknown.size)
-        z[unknown] = y[: np.count_nonzero(unknown)]
-        if section.block is None:
-            period = self.rounds * model.plant.period
-        else:
-            z[section.n_free + section.block] = -model.plant.V[section.block]
-            period = float(y[-2])
-        return model, State(z, section.mode.copy(), section.time), period
+        z = self.section.ways @ y[: self.n_states]
+        period = float(y[-2]) if self.free else self.rounds * model.plant.period
+        return model, State(z, self.section.mode.copy(), self.section.time), period
 
-    def scale(self, width: float, period: float) -> Floats:
-        """Size of each unknown; of the parameter the width of its range."""
-        own = [] if self.section.block is None else [period]
-        sizes = np.full(np.count_nonzero(self.section.unknown), size_of(self.model.plant))
-        return np.array([*sizes, *own, width])
+    def scale(self, width: float, y: Floats) -> Floats:
+        """Size of each unknown near a solution; of the parameter the width of its range."""
+        size = max(size_of(self.model.plant), float(np.abs(y[: self.n_states]).max(initial=0.0)))
+        return np.array([*np.full(self.n_states, size), *self._own(float(y[-2])), width])
+
+    @property
+    def free(self) -> bool:
+        """Whether the period is unknown, and not the forcing's."""
+        return self.section.along is not None
+
+    @property
+    def n_states(self) -> int:
+        """Unknowns that tell the state."""
+        return self.section.ways.shape[1]
+
+    def _own(self, period: float) -> list[float]:
+        return [period] if self.free else []
 
     # --- the equations --------------------------------------------------------------------------
 
@@ -158,7 +197,9 @@ class Shooting:
         shooter = Shooter(model, rtol=self.rtol, parameter=self.name)
         leg = shooter.leg(state, EVENTS, max_time=period)
         velocity = shooter.velocity(leg.state)
-        moved = shooter.belt_change, shooter.period_change
+        own = rates(model.plant.reduced)
+        change = (0.0 * own[0], 0.0 * own[1]) if shooter.change is None else rates(shooter.change)
+        moved = change, shooter.period_change
         shot = Shot(model, self.section, state, leg, velocity, *moved)
         if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
             raise LeavesRegion(shot)
@@ -169,18 +210,17 @@ class Shooting:
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Shot]:
         """Residual, its derivative, and the shot."""
         shot = self.shot(y)
-        section, leg = self.section, shot.leg
-        kept, unknown = section.compared, section.unknown
-        residual = (leg.state.z - shot.state.z)[kept]
-        by_state = (leg.tangent - np.eye(unknown.size))[kept]
-        by_parameter = leg.parameter[kept].copy()
-        columns = [by_state[:, unknown]]
-        rate = shot.velocity[kept]
-        if section.block is not None:
-            columns.append(rate[:, None])
-            own = section.n_free + section.block  # there w = -V
-            by_parameter -= by_state[:, own] * shot.belt_change[section.block]
-        else:
+        leg, ways, along = shot.leg, self.section.ways, self.section.along
+        back = ways.T @ (leg.state.z - shot.state.z)
+        by_state = ways.T @ leg.tangent @ ways - np.eye(self.n_states)
+        by_parameter, rate = ways.T @ leg.parameter, ways.T @ shot.velocity
+        if along is None or shot.normal is None:
             by_parameter += rate * self.rounds * shot.period_change
-        columns.append(by_parameter[:, None])
-        return residual, np.hstack(columns), shot
+            return back, np.column_stack([by_state, by_parameter]), shot
+        at, own = shot.state.z, rates(shot.model.plant.reduced)
+        off, moved = (
+            along @ (matrix @ at + constant) for matrix, constant in (own, shot.rates_change)
+        )
+        plane = [*shot.normal @ ways, 0.0, moved]
+        jacobian = np.column_stack([by_state, rate, by_parameter])
+        return np.append(back, off), np.vstack([jacobian, plane]), shot

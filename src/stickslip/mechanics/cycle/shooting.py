@@ -77,7 +77,6 @@ class Shooter:
         directions = self.engine.directions(columns - len(changes), changes)
         self.motion: BlockMotion = self.engine.new_motion(directions)
         self.change = changes[0][0] if changes else None
-        self.belt_change = np.zeros(self.n_contacts) if self.change is None else self.change.V
 
     @property
     def period_change(self) -> float:
