@@ -15,6 +15,8 @@ from stickslip.studies.drill_string.string import (
     MODEL,
     STATIC,
     computed_hopf,
+    cycles,
+    drive_at,
     hopf,
     rotation,
     smooth_motions,
@@ -39,21 +41,23 @@ def test_rotation_changes_its_stability_where_a_pair_crosses_the_axis() -> None:
 @pytest.mark.parametrize("which", [3, 15, -3])
 def test_a_cycle_that_never_sticks_comes_back_by_another_integrator(which: int) -> None:
     cycle = turning()[which]
+    drive = drive_at(cycle)
 
     def rates(_: float, z: np.ndarray) -> np.ndarray:
         friction = STATIC * LAW.force(float(z[2]))
-        return np.asarray(MODEL.A @ z + [0.0, cycle.drive, -INVERSE * friction])
+        return np.asarray(MODEL.A @ z + [0.0, drive, -INVERSE * friction])
 
     settings = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
-    run = solve_ivp(rates, (0.0, cycle.period), cycle.state, **settings)
-    assert run.y[2].min() >= cycle.state[2] * (1.0 - 1e-9)
-    np.testing.assert_allclose(run.y[:, -1], cycle.state, rtol=0, atol=1e-10)
+    run = solve_ivp(rates, (0.0, cycle.period), cycle.x, **settings)
+    assert run.y[2].min() > 0.0
+    np.testing.assert_allclose(run.y[:, -1], cycle.x, rtol=0, atol=1e-10)
 
 
-def test_both_branches_end_at_one_drive() -> None:
+def test_the_curve_of_cycles_lands_at_the_edge_of_the_map_and_ends_at_the_hopf_point() -> None:
     assert stick_end().value == pytest.approx(37.194052062, rel=1e-10)
-    # The last cycle's slowest speed is 1e-7 of that of rotation, not 0.
-    assert turning()[-1].drive == pytest.approx(stick_end().value, rel=2e-7)
+    landing, vanishing = cycles().bifurcations
+    assert landing.value == pytest.approx(stick_end().value, rel=1e-9)
+    assert vanishing.value == pytest.approx(hopf()[0], rel=1e-12)
     assert stick_slip().stable.all()
 
 

@@ -15,8 +15,11 @@ from stickslip.studies.drill_string.string import (
     LONG,
     MODEL,
     computed_hopf,
+    cycles,
+    drive_at,
     drive_of,
     hopf,
+    lower_speed,
     rotation,
     smooth_motions,
     stick_end,
@@ -60,11 +63,10 @@ def _branches() -> Iterator[Claim]:
         ),
         mechanism="the falling law takes out the damping that the motor's side puts in",
     )
-    cycles, end, curve = turning(), stick_end(), stick_slip()
-    (last, touch) = cycles[-2:]
-    s = [each.state[2] for each in (last, touch)]
-    limit = touch.drive + (touch.drive - last.drive) * s[1] / (s[0] - s[1])
-    largest = max(float(each.multipliers[0]) for each in cycles)
+    never, end, curve = turning(), stick_end(), stick_slip()
+    landing, vanishing = cycles().bifurcations
+    slowest, fastest = drive_at(never[0]), drive_at(never[-1])
+    sizes = [abs(each.largest_multiplier) for each in never]
     yield claim(
         "drill_string.hysteresis",
         1,
@@ -78,15 +80,16 @@ def _branches() -> Iterator[Claim]:
         ),
         Finding(
             "there its stick has no length, and it meets an unstable cycle that never sticks",
-            f"the two branches end {abs(limit / end.value - 1.0):.0e} of the drive apart",
-            abs(limit / end.value - 1.0) <= MET,
+            f"a {landing.kind} on the curve of cycles, {abs(landing.value / end.value - 1.0):.0e} "
+            "of the drive from the edge of the map",
+            landing.kind == "landing" and abs(landing.value / end.value - 1.0) <= MET,
         ),
         Finding(
             "unstable cycles lead from there back to the Hopf point",
-            f"{len(cycles)} of them, drives from {touch.drive:.6f} to {cycles[0].drive:.6f}, "
-            f"multipliers from {cycles[0].multipliers[0]:.6f} to {largest:.4f}",
-            all(each.multipliers[0] > 1.0 for each in cycles)
-            and bool(np.all(np.diff([each.drive for each in cycles]) > 0.0)),
+            f"{len(never)} of them, drives from {fastest:.6f} to {slowest:.6f}, multipliers from "
+            f"{sizes[0]:.6f} to {max(sizes):.4f}; a {vanishing.kind} point "
+            f"{abs(vanishing.value / drive - 1.0):.0e} of the drive from Routh's",
+            min(sizes) > 1.0 and abs(vanishing.value / drive - 1.0) <= CLOSE,
         ),
         Finding(
             "no multiplier tells beforehand that stick-slip will end",
@@ -100,7 +103,8 @@ def _branches() -> Iterator[Claim]:
 
 def _both() -> Iterator[Claim]:
     model = MODEL.replace(**{DRIVE: BETWEEN})
-    border = min(turning(), key=lambda each: abs(each.drive - BETWEEN)).state[2]
+    near = min(turning(), key=lambda each: abs(drive_at(each) - BETWEEN))
+    border = lower_speed(near.trajectory).min()
     steady = rotation(BETWEEN).x
     runs = [
         simulate(model, steady - [0.0, 0.0, f * (steady[2] - border)], [], t_end=LONG)

@@ -15,8 +15,9 @@ from stickslip.studies.drill_string.string import (
     LONG,
     RANGE,
     Smooth,
-    Turning,
+    drive_at,
     hopf,
+    lower_speed,
     period_of,
     rotation,
     smooth_motions,
@@ -29,16 +30,12 @@ from stickslip.studies.figures import PaperFigure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.numerics.arrays import Floats
 
 DASHED: Final = (0, (4, 2))
 SPEED: Final = "speed of the lower disc"
-
-
-def _lower(motion: Trajectory, n: int = 513) -> Floats:
-    """Speeds of the lower disc over a motion."""
-    return motion.x(np.linspace(0.0, motion.t[-1], n))[:, 2]
 
 
 # Figure 1: speeds of the lower disc over the drive.
@@ -55,19 +52,20 @@ class Branches:
 def compute_branches() -> Branches:
     """Follow each cycle for a period."""
     drive = np.linspace(*RANGE, 60)
-    curve, cycles = stick_slip(), turning()
+    curve, never = stick_slip(), turning()
+    speeds = [lower_speed(each.trajectory) for each in never]
     points = curve.points[:, 0]
     rows = slice(1, -1)  # at the very end the map has no value
     inner = zip(curve.values[rows].tolist(), points[rows].tolist(), strict=True)
-    stick = [_lower(period_of(*row)).max() for row in inner]
+    stick = [lower_speed(period_of(*row)).max() for row in inner]
     return Branches(
         drive,
         np.array([rotation(u).w[0] for u in drive.tolist()]),
         (curve.values[rows], np.array(stick)),
         (
-            np.array([each.drive for each in cycles]),
-            np.array([each.state[2] for each in cycles]),
-            np.array([_lower(each.motion).max() for each in cycles]),
+            np.array([drive_at(each) for each in never]),
+            np.array([w.min() for w in speeds]),
+            np.array([w.max() for w in speeds]),
         ),
     )
 
@@ -110,14 +108,14 @@ class Pair:
     """A cycle that sticks and one that never does, at nearly the same drive."""
 
     sticks: Trajectory
-    turns: Turning
+    turns: Cycle
 
 
 def compute_pair() -> Pair:
     """Take the cycle that never sticks next to the drive, and the other one there."""
-    turns = min(turning(), key=lambda each: abs(each.drive - BETWEEN))
-    point = float(stick_slip().at(**{DRIVE: turns.drive}).points[0])
-    return Pair(period_of(turns.drive, point), turns)
+    never = min(turning(), key=lambda each: abs(drive_at(each) - BETWEEN))
+    point = float(stick_slip().at(**{DRIVE: drive_at(never)}).points[0])
+    return Pair(period_of(drive_at(never), point), never)
 
 
 def draw_pair(data: Pair, figure: Figure) -> None:
@@ -125,11 +123,11 @@ def draw_pair(data: Pair, figure: Figure) -> None:
     ax = figure.add_subplot()
     for motion, name, dashes, label in (
         (data.sticks, "blue", "-", "sticks"),
-        (data.turns.motion, "vermillion", DASHED, "never sticks"),
+        (data.turns.trajectory, "vermillion", DASHED, "never sticks"),
     ):
         states = motion.x(np.linspace(0.0, motion.t[-1], 513))
         ax.plot(states[:, 0], states[:, 2], color=PALETTE[name], ls=dashes, label=label)
-    steady = rotation(data.turns.drive).x
+    steady = rotation(drive_at(data.turns)).x
     ax.plot(steady[0], steady[2], "x", color=PALETTE["black"], label="rotation")
     ax.set_ylim(-0.3, 18.0)
     ax.set_xlabel("twist")
@@ -140,8 +138,8 @@ def draw_pair(data: Pair, figure: Figure) -> None:
 def describe_pair(data: Pair) -> str:
     """Describe the picture."""
     return (
-        f"Drive {data.turns.drive:.4f}: the cycle that sticks attracts, steady rotation as well; "
-        "the dashed cycle between them repels."
+        f"Drive {drive_at(data.turns):.4f}: the cycle that sticks attracts, steady rotation as "
+        "well; the dashed cycle between them repels."
     )
 
 

@@ -15,13 +15,14 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.following import follow
 from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria
 from stickslip.mechanics.cycle.return_map import return_map
-from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
-from stickslip.mechanics.flow.trajectory import Trajectory, simulate
+from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.model.file import read_model
 from stickslip.studies.smoothed import SmoothMotion, smoothed
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
+    from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.mechanics.model.structure import StateSpace
     from stickslip.numerics.arrays import Floats
 
@@ -97,68 +98,26 @@ def period_of(drive: float, point: float) -> Trajectory:
     return found
 
 
-@dataclass(frozen=True)
-class Turning:
-    """A cycle that never sticks: drive, slowest state, period, moduli of its multipliers."""
-
-    drive: float
-    state: Floats
-    period: float
-    multipliers: Floats
-
-    @property
-    def motion(self) -> Trajectory:
-        """One period, from the lower disc's slowest speed on."""
-        return simulate(MODEL.replace(**{DRIVE: self.drive}), self.state, [], t_end=self.period)
-
-
-SHARES: Final = (*np.linspace(0.995, 0.05, 22).tolist(), 0.03, 0.02, 0.01, 5e-3, 1e-3, 1e-5, 1e-7)
-"""Of steady rotation's speed at the Hopf point: the slowest of the lower disc."""
-CONVERGED: Final = 1e-12
-MOST: Final = 12  # steps of Newton's method
+@cache
+def cycles() -> Curve:
+    """Follow the cycle that the string settles on from rest, and what it meets, along the drive."""
+    return follow(find_cycle(MODEL, np.zeros(3), []), DRIVE, RANGE)
 
 
 @cache
-def turning() -> tuple[Turning, ...]:
-    """Follow cycles that never stick from steady rotation to the touch of stick.
-
-    Where the lower disc is slowest its acceleration is 0, so that the twist is known: the speed
-    of the upper disc, the period and the drive are solved for.
-    """
-    drive, speed, frequency = hopf()
-    unknown = np.array([speed, 2.0 * math.pi / frequency, drive])  # of the linear equations
-    before, there = (1.0, unknown), (1.0, unknown)
-    found: list[Turning] = []
-    for share in SHARES:
-        far = (share - there[0]) / (there[0] - before[0]) if found[1:] else 0.0
-        unknown, multipliers = _turn(there[1] + far * (there[1] - before[1]), share * speed)
-        before, there = there, (share, unknown)
-        upper, period, needed = unknown.tolist()
-        found.append(Turning(needed, _slowest(upper, share * speed), period, multipliers))
-    return tuple(found)
+def turning() -> tuple[Cycle, ...]:
+    """Cycles that never stick, from steady rotation to the touch of stick."""
+    return tuple(cycle for cycle in reversed(list(cycles())) if not cycle.events)
 
 
-def _slowest(upper: float, s: float) -> Floats:
-    return np.array([INVERSE * STATIC * LAW.force(s) / LOWER, upper, s])
+def drive_at(cycle: Cycle) -> float:
+    """Drive of a cycle."""
+    return cycle.model.parameters[DRIVE]
 
 
-def _turn(unknown: Floats, s: float) -> tuple[Floats, Floats]:
-    """Solve for the upper disc's speed, the period and the drive, by Newton's method."""
-    for _ in range(MOST):
-        upper, period, drive = unknown.tolist()
-        f = stroboscopic_map(MODEL.replace(**{DRIVE: drive}), period=period)
-        start = _slowest(upper, s)
-        end, flow = f(start), f.derivative(start)
-        force = STATIC * LAW.force(float(end[2]))
-        rate = MODEL.A @ end + [0.0, drive, 0.0] - MODEL.B[:, 0] * force
-        matrix = np.column_stack(
-            [(flow - np.eye(3))[:, 1], rate, f.parameter_derivative(start, DRIVE)]
-        )
-        step = np.linalg.solve(matrix, start - end)
-        unknown = unknown + step
-        if np.abs(step).max() <= CONVERGED * np.abs(unknown).max():
-            break
-    return unknown, np.sort(np.abs(np.linalg.eigvals(flow)))[::-1]
+def lower_speed(motion: Trajectory, n: int = 513) -> Floats:
+    """Speeds of the lower disc over a motion."""
+    return motion.x(np.linspace(0.0, motion.t[-1], n))[:, 2]
 
 
 # --- friction made smooth -------------------------------------------------------------------
