@@ -181,3 +181,21 @@ def test_the_stroboscopic_map_of_a_mass_that_carries_another() -> None:
     again = f(np.concatenate([cycle.x, cycle.v]))
     assert cycle.period == pytest.approx(f.period)
     np.testing.assert_allclose(again, np.concatenate([cycle.x, cycle.v]), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("small", [1e-1, 1e-3, 1e-5])
+def test_an_integrator_ramps_for_as_long_as_it_takes_to_a_release(small: float) -> None:
+    """A mass under PID control: slips are linear in the distance and in the drop of friction."""
+
+    def release_to_release(drop: float, distance: float) -> float:
+        axis = ss.Structure.from_state_space(
+            A=[[0, 1, 0], [0, 0, 1], [-4, -6, -1.5]],
+            B=[[0], [0], [1]],
+            C=[[0, 0, 1]],
+            contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=1.0 - drop))],
+        )
+        f = ss.return_map(axis, coordinates=["x_2"], domain=(1e-8, 0.1))
+        return float(f(distance))
+
+    expected = small * release_to_release(0.3, 0.01)
+    assert release_to_release(0.3 * small, 0.01 * small) == pytest.approx(expected, rel=1e-9)

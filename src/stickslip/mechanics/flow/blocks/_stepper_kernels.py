@@ -55,6 +55,8 @@ if TYPE_CHECKING:
 ORDER = 18
 # No step is longer: a Taylor polynomial that happens to end early says nothing beyond.
 LONGEST_STEP = 1.0
+# Times that are never reached; what underflows ends as a series, too.
+FOR_EVER = 1e100
 # Rounding of a step's coefficients, in units of EPSILON.
 SLACK = 4.0
 
@@ -330,7 +332,27 @@ def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol:
                 size = max(size, abs(work.z[i, k]))
         if size > 0.0:
             largest = max(largest, math.exp(math.log(size / rtol) / k))
+    if largest == 0.0 and work.n_active[0] == 0 and not COUPLED:
+        return straight_length(system, motion, work)
     return min(LONGEST_STEP, 1.0 / largest) if largest > 0.0 else LONGEST_STEP
+
+
+@kernel
+def straight_length(system: BlockSystem, motion: BlockMotion, work: BlockWork) -> float:
+    """Step that no needed force can leave its limits in at once; inf where none changes.
+
+    While all contacts stick the motion is linear: series that end are all of it, as in an
+    integrator's ramp.
+    """
+    h = math.inf
+    for i in range(motion.mode.shape[0]):
+        if is_exposed(system, motion, work, i):
+            ride_signal(system, motion, work, i, AT_UPPER_LIMIT)
+            for k in range(1, ORDER + 1):
+                size = abs(work.signal[k])
+                if size * FOR_EVER > motion.limit[i]:
+                    h = min(h, math.exp(math.log(motion.limit[i] / size) / k))
+    return max(h, LONGEST_STEP)
 
 
 # --- events -----------------------------------------------------------------------------------
@@ -362,6 +384,8 @@ def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: fl
         elif COUPLED:
             pass  # below
         elif is_exposed(system, motion, work, i):
+            if h == math.inf:
+                continue  # nothing changes
             slack = SLACK * EPSILON * motion.limit[i]
             for event in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
                 ride_signal(system, motion, work, i, event)
