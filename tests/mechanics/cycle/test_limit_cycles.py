@@ -54,6 +54,28 @@ def test_forced_models() -> None:
     assert found.neutral_family is None
 
 
+def test_starts_that_settle_on_steady_sliding_are_told_and_those_without_any_sliding() -> None:
+    """A brake below its flutter; a mass on the ground, which has no steady sliding."""
+    brake = ss.Structure(
+        mass=[1.0, 1.0],
+        stiffness=[[2.0, 0.35], [0.35, 1.3]],
+        damping=[0.05, 0.05],
+        contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=1.0), V=0.02, load=[0.0, 0.6])],
+    )
+    found = ss.limit_cycles(brake, n_starts=6, rng=1)
+    assert (found.n_sliding, found.n_undecided) == (3, 0)
+    assert [len(cycle.events) for cycle in found] == [2]
+    axis = ss.Structure.from_state_space(
+        A=[[0, 1, 0], [0, 0, 1], [-4, -6, -1.5]],
+        B=[[0], [0], [1]],
+        C=[[0, 0, 1]],
+        contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=0.7))],
+    )
+    hunts = ss.limit_cycles(axis, n_starts=3, rng=1)
+    assert hunts.hits.tolist() == [3]
+    assert hunts.neutral_family is None
+
+
 @pytest.mark.parametrize(
     ("hits", "share"), [([], 1.0), ([1, 1], 1.0), ([5, 3], 0.0), ([3, 1, 0], 0.25)]
 )

@@ -161,6 +161,7 @@ def limit_cycles(
             missed[reason.kind] += 1
     for cycle in _of_the_event_map(model, max_period):
         note(cycle, 0)
+    sliding = () if model.plant.is_forced else equilibria(model)
     order = sorted(range(len(cycles)), key=lambda k: (-hits[k], cycles[k].period))
     return CycleList(
         cycles=tuple(cycles[k] for k in order),
@@ -168,7 +169,7 @@ def limit_cycles(
         n_starts=count,
         n_sliding=missed["slides"],
         n_undecided=missed["undecided"],
-        neutral_family=None if model.plant.is_forced else equilibria(model)[0].neutral_family,
+        neutral_family=next((each.neutral_family for each in sliding), None),
     )
 
 

@@ -14,7 +14,7 @@ from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
 from stickslip.mechanics.cycle.section import Section, Shooting, Shot, coordinates, rates
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
-from stickslip.mechanics.cycle.sliding import linear_modes
+from stickslip.mechanics.cycle.sliding import linear_modes, modes_about, steady_states
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
 from stickslip.mechanics.model.plant import unfelt
@@ -46,6 +46,7 @@ SLIDES: Final = (
     "Steady sliding is what stickslip.equilibria describes; without damping and with constant "
     "friction the motions about it are a neutral family, not a cycle."
 )
+SETTLES: Final = ": all blocks slip, and settle on steady sliding; see stickslip.equilibria."
 ROUNDS: Final = 1e4  # times CONVERGED: returns this close are returns of one cycle
 
 
@@ -177,11 +178,23 @@ class _Search:
                 raise NoCycleError(SLIDES, "slides")
             if (state.mode == 0).any():
                 continue
+            if self._has_settled(state):
+                raise NoCycleError(SETTLES, "slides")
             if (shot := slip_cycle(self.model, state, rtol=self.plain.rtol)) is not None:
                 raise _OnlySlipsError(shot)
         raise NoCycleError(
             f": no block reached the belt in {MAX_WAITS * WAIT} periods of the slowest mode."
         )
+
+    def _has_settled(self, state: State) -> bool:
+        """Whether a motion has come to steady sliding that attracts."""
+        plant = self.model.plant
+        for steady in steady_states(self.model, near=state.w):
+            there = plant.coordinates(steady.x, steady.v)
+            near = np.abs(self.felt(state.z - there)).max() <= SETTLED * self.size
+            if near and modes_about(plant, self.model.laws, steady).values.real.max() < 0.0:
+                return True
+        return False
 
     def _converged(self, state: State, n_events: int, distance: float) -> Cycle | None:
         """Newton's method from a close return, onto the cycle or nowhere."""
