@@ -259,6 +259,7 @@ MODEL: Final = {
     "positions": {"d": 0.1},
     "spread_domain": {"n": 2},
     "plant_direction": {"name": "V"},
+    "moved_plant": {"name": "V"},
 }
 FAMILY: Final = {
     **MODEL,
@@ -487,7 +488,12 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     "Harmonic": (lambda: ss.Harmonic(0.1, 1.0), {"amplitudes": {"n_blocks": 2}}),
     "Structure": (
         structure,
-        {**FAMILY, "replace": {"V_1": 0.05}, "plant_direction": {"name": "V_1"}},
+        {
+            **FAMILY,
+            "replace": {"V_1": 0.05},
+            "plant_direction": {"name": "V_1"},
+            "moved_plant": {"name": "V_1"},
+        },
     ),
     "TwoBlock": (
         coulomb,
@@ -584,7 +590,14 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         },
     ),
     "Certificate": (lambda: ss.certify_orbits(coulomb(), digits=5), SAVE),
-    "Trajectory": (trajectory, {**AT_TIME, "table": {"t": [1.0], "energy": False}}),
+    "Trajectory": (
+        trajectory,
+        {**AT_TIME, "table": {"t": [1.0], "energy": False}, "derivative": {"names": "mu"}},
+    ),
+    "Sensitivity": (
+        lambda: trajectory().derivative("mu", "d"),
+        {"x": {"t": 1.0, "side": "left"}, "v": {"t": 1.0, "side": "left"}},
+    ),
     "PhysicalTrajectory": (
         lambda: coulomb().to_physical(trajectory(), ss.Units(m=2.0, k=8.0, fs1=4.0)),
         {name: AT_TIME[name] for name in ("energy", "friction", "v", "x")},

@@ -136,6 +136,9 @@ class Samples:
     def make_Trajectory(self):
         return ss.simulate(COULOMB, d=0.1, t_end=60)
 
+    def make_Sensitivity(self):
+        return self["Trajectory"].derivative("mu", "d")
+
     def make_Energy(self):
         return self["Trajectory"].energy([0.0, 10.0, 20.0])
 
