@@ -360,6 +360,16 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
         "friction": LAW,
     },
     "Units": {"m": 1.0, "k": 2.0, "fs1": 3.0},
+    "Record": {"t": [0.0, 1.0, 2.0, 3.0, 4.0], "x": [0.0, 0.1, 0.2, 0.1, 0.3], "sigma": 0.1},
+    "EventTimes": {"times": [1.0, 2.0], "d": 0.1},
+    "MapPoints": {"d": [0.1, 0.2], "value": [0.2, 0.3]},
+    "ForcePoints": {"speed": [0.1, 0.2, 0.3], "force": [0.3, 0.25, 0.2]},
+    "fit": {
+        "model": oscillator,
+        "data": lambda: ss.ForcePoints([0.1, 0.2, 0.3], [0.7, 0.6, 0.5]),
+        "parameters": ["gamma"],
+        "max_evaluations": 5,
+    },
     "attractors": {"f": logistic, "n_starts": 4, "max_steps": 100, "rng": 1},
     "rotation_number": {"f": turning, "x0": 0.1, "n": 8, "transient": 2},
     "basin_fractions": {
@@ -596,7 +606,11 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     ),
     "Sensitivity": (
         lambda: trajectory().derivative("mu", "d"),
-        {"x": {"t": 1.0, "side": "left"}, "v": {"t": 1.0, "side": "left"}},
+        {
+            "x": {"t": 1.0, "side": "left"},
+            "v": {"t": 1.0, "side": "left"},
+            "states": {"t": 1.0, "side": "left"},
+        },
     ),
     "PhysicalTrajectory": (
         lambda: coulomb().to_physical(trajectory(), ss.Units(m=2.0, k=8.0, fs1=4.0)),

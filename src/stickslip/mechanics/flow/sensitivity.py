@@ -127,11 +127,11 @@ class Sensitivity(Result):
         ValueError
             A time is NaN or negative.
         """
-        return self._states(t, side)[0]
+        return self.states(t, side)[0]
 
     def v(self, t: ArrayLike, *, side: Literal["right", "left"] = "right") -> Floats:
         """Differentiate the velocities, shape (..., N, names); as `x`."""
-        return self._states(t, side)[1]
+        return self.states(t, side)[1]
 
     @cached_property
     def event_times(self) -> Floats:
@@ -212,7 +212,10 @@ class Sensitivity(Result):
     def _directions(self) -> _Directions:
         return _Directions(self._engine, self.trajectory.model, self.names)
 
-    def _states(self, t: ArrayLike, side: str) -> tuple[Floats, Floats]:
+    def states(
+        self, t: ArrayLike, side: Literal["right", "left"] = "right"
+    ) -> tuple[Floats, Floats]:
+        """Differentiate displacements and velocities at once; see `x`."""
         one_of("side", side, ("right", "left"))
         times = real_numbers("t", t)
         if not (times >= 0.0).all():
@@ -228,7 +231,7 @@ class Sensitivity(Result):
         steps = self._steps
         known = flat[order] <= self.t_end
         asked = flat[order][known]
-        step = np.searchsorted(steps.t, asked, side=side) - 1  # type: ignore[call-overload]
+        step = np.searchsorted(steps.t, asked, side=side) - 1
         step = np.clip(step, 0, len(steps.t) - 1)
         plant = self.trajectory.model.plant
         n_states = len(plant.mass) + plant.n_positions
@@ -410,7 +413,7 @@ def sensitivity(trajectory: Trajectory, names: tuple[str, ...]) -> Sensitivity:
     return _result(trajectory, recorder, _repeated(recorder, trajectory))
 
 
-def _columns_of(model: Model, asked: tuple[str, ...], origin: Origin) -> tuple[str, ...]:
+def _columns_of(model: Model, asked: tuple[Any, ...], origin: Origin) -> tuple[str, ...]:
     """Names of single numbers; ValueError for one that is unknown, or has no meaning here."""
     starts: dict[str, list[str]]
     if origin.d is not None:
@@ -422,10 +425,10 @@ def _columns_of(model: Model, asked: tuple[str, ...], origin: Origin) -> tuple[s
     known = list(dict.fromkeys([*model.parameters, *starts, *sorted(single)]))
     names: list[str] = []
     for name in asked:
-        if name in starts and name not in model.parameters:
+        if isinstance(name, str) and name in starts and name not in model.parameters:
             names += starts[name]
         else:
-            names.append(parameter_name("name", name, known, of="this motion"))
+            names.append(parameter_name("names", name, known, of="this motion"))
     if not names or len(set(names)) < len(names):
         raise ValueError(
             f"names = {shown(asked)} is not allowed: give what to differentiate by, each once. "

@@ -172,6 +172,17 @@ class BeltModel(ABC):
 
     def plant_direction(self, name: object) -> Reduced:
         """Differentiate the reduced plant in one of its numbers."""
+        known = self._directions.get(name) if isinstance(name, str) else None
+        if known is None:
+            known = self._directions[name] = self._direction(name)
+        return known
+
+    @cached_property
+    def _directions(self) -> dict[object, Reduced]:
+        """Derivatives found so far: each motion that is fitted asks for them."""
+        return {}
+
+    def _direction(self, name: object) -> Reduced:
         moved = self.moved_plant(name)
         if moved.is_coupled and not self.plant.is_coupled:
             raise ValueError(
