@@ -26,17 +26,18 @@ def nested(depth=10**5):
     return inner
 
 
+DEEP = nested()
 LONG = {
     "text": "x" * 10**5,
     "bytes": b"x" * 10**5,
     "list": ["a"] * 10**5,
-    "nested": nested(),
-    "nested tuples": ((nested(),),),
-    "array of nested": np.array([nested(), None], dtype=object),
+    "nested": DEEP,
+    "nested tuples": ((DEEP,),),
+    "array of nested": np.array([DEEP, None], dtype=object),
     "digits": 10**5000,
     "fraction": Fraction(10**5000, 3),
     "longdouble": np.longdouble("1e4000"),
-    "keys": {"x" * 10**5: nested()},
+    "keys": {"x" * 10**5: DEEP},
 }
 
 

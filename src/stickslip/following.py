@@ -17,6 +17,7 @@ from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.maps.protocol import FamilyND
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
+from stickslip.analysis.work import Work
 from stickslip.checks import shown
 from stickslip.mechanics.cycle.along import follow_equilibrium
 from stickslip.mechanics.cycle.continuation import follow_cycle
@@ -46,6 +47,8 @@ def follow(
     window: tuple[float, float] | None = None,
     max_step: float | None = None,
     max_points: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    partial: bool = False,
 ) -> Curve:
     """Follow a solution along a parameter of its system, both ways, through folds.
 
@@ -69,6 +72,11 @@ def follow(
         Of an orbit: longest step, as a share of the range and of the domain; 1/32 by default.
     max_points : int, optional
         Of an orbit or a cycle: solutions computed to either side at most; 2000 by default.
+    progress : callable, optional
+        Called now and then with the share of the range that has been reached, 0 to 1.
+    partial : bool
+        Whether Ctrl-C returns the curve as far as it was followed; its ends then say
+        ``interrupted``.
 
     Returns
     -------
@@ -107,6 +115,7 @@ def follow(
         "max_points": max_points,
     }
     given = {name: value for name, value in options.items() if value is not None}
+    work = Work(progress, partial)
     if isinstance(thing, Curve):
         if not isinstance(thing.problem, OrbitProblem):
             raise ValueError(
@@ -114,19 +123,20 @@ def follow(
                 f"on it in a wider range, such as curve[0] or curve.at({thing.parameter}=...)."
             )
         _known_system(thing, "curve of orbits")
-        return _call(follow_on, "a curve", given, (thing, parameter, range), ORBIT)
+        return _call(follow_on, "a curve", given, (thing, parameter, range), ORBIT, work)
     if isinstance(thing, PeriodicOrbit):
         f = line_family(_known_system(thing, "orbit"))
-        return _call(follow_orbit, "an orbit", given, (thing, f, parameter, range), ORBIT)
+        return _call(follow_orbit, "an orbit", given, (thing, f, parameter, range), ORBIT, work)
     if isinstance(thing, PeriodicOrbitND):
         f_nd = _known_system(thing, "orbit")
         if not isinstance(f_nd, FamilyND):
             raise ValueError(f"system = {shown(f_nd)} has no parameters to vary.")
-        what, known = "an orbit in R^n", ("max_step", "max_points")
-        return _call(follow_orbit, what, given, (thing, f_nd, parameter, range), known)
+        what, begin = "an orbit in R^n", (thing, f_nd, parameter, range)
+        return _call(follow_orbit, what, given, begin, ORBIT[1:], work)
     if isinstance(thing, Breakpoint | TrackedDiscontinuity):
         f = line_family(_known_system(thing, "breakpoint"))
-        return _call(follow_breakpoint, "a breakpoint", given, (thing, f, parameter, range), ())
+        what, begun = "a breakpoint", (thing, f, parameter, range)
+        return _call(follow_breakpoint, what, given, begun, (), work)
     if isinstance(thing, Bifurcation):
         f = _known_system(thing, "bifurcation")
         if solve_for is None:
@@ -137,9 +147,10 @@ def follow(
         in_space = isinstance(f, FamilyND)
         run = follow_bifurcation_nd if in_space else follow_bifurcation
         start = (thing, f if in_space else line_family(f), parameter, range)
-        return _call(run, "a bifurcation", given, start, ("solve_for",))
+        return _call(run, "a bifurcation", given, start, ("solve_for",), work)
     if isinstance(thing, Cycle):
-        return _call(follow_cycle, "a cycle", given, (thing, parameter, range), ("max_points",))
+        known = ORBIT[2:]
+        return _call(follow_cycle, "a cycle", given, (thing, parameter, range), known, work)
     if isinstance(thing, Equilibrium):
         return _call(follow_equilibrium, "an equilibrium", given, (thing, parameter, range), ())
     raise ValueError(
@@ -157,11 +168,12 @@ def _call(
     given: dict[str, Any],
     start: tuple[Any, ...],
     known: tuple[str, ...],
+    work: Work | None = None,
 ) -> Curve:
     for name in given:
         if name not in known:
             raise ValueError(f"{name} is for {MEANT_FOR[name]}; {what} takes none.")
-    return function(*start, **given)
+    return function(*start, **given) if work is None else function(*start, **given, work=work)
 
 
 def _known_system(thing: Any, what: str) -> Any:

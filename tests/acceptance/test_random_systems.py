@@ -16,21 +16,21 @@ import stickslip as ss
 def test_no_coulomb_value_is_wrong(engine):
     rng = np.random.default_rng(11)
     tally = Tally()
-    for system in random_cases("coulomb", 1500, rng):
+    for system in random_cases("coulomb", 500, rng):
         judge(tally, system, random_points(system, 1, rng), engine, rng, Effort(0.05, 2000))
     assert not tally.wrong, str(tally)
-    assert tally.verdicts[RIGHT] > 1350, str(tally)
-    assert tally.verdicts[GAVE_UP] < 50, str(tally)
+    assert tally.verdicts[RIGHT] > 450, str(tally)
+    assert tally.verdicts[GAVE_UP] < 17, str(tally)
 
 
 def test_no_value_of_law_9_is_wrong():
     rng = np.random.default_rng(12)
     tally = Tally()
-    for system in random_cases("law9", 60, rng):
+    for system in random_cases("law9", 25, rng):
         d = random_points(system, 1, rng)
         judge(tally, system, d, "adaptive", rng, Effort(0.0, 200))
     assert not tally.wrong, str(tally)
-    assert tally.verdicts[RIGHT] > 50, str(tally)
+    assert tally.verdicts[RIGHT] > 20, str(tally)
 
 
 @pytest.mark.parametrize(("kind", "n"), [("coulomb", 60), ("law9", 4)])
@@ -69,7 +69,10 @@ LONG_SMOOTH_MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("n_events", LONG_SMOOTH_MOTIONS)
+@pytest.mark.parametrize(
+    "n_events",
+    [pytest.param(n, marks=[pytest.mark.slow] * (n > 300)) for n in LONG_SMOOTH_MOTIONS],
+)
 def test_rounding_does_not_add_up_in_long_motions_of_law_9(n_events):
     plant, law, d = LONG_SMOOTH_MOTIONS[n_events]
     system = case("law9", **plant, **law)
@@ -95,10 +98,10 @@ def test_the_papers_coulomb_map_is_right_everywhere(engine):
 def test_the_papers_map_of_law_9_is_right():
     tally = Tally()
     system = paper_case("law9")
-    d = np.linspace(-system.end, system.end, 50)
+    d = np.linspace(-system.end, system.end, 20)
     judge(tally, system, d, "adaptive", np.random.default_rng(0), Effort(0.0, 300))
     assert not tally.wrong, str(tally)
-    assert tally.verdicts[RIGHT] > 30, str(tally)
+    assert tally.verdicts[RIGHT] > 12, str(tally)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 from tests.app.talk import CHAIN, COULOMB, opened, unpack
 
 import stickslip as ss
-from stickslip.analysis.threads import in_threads
+from stickslip.analysis.work import in_threads
 from stickslip.app import requests, server
 from stickslip.app.exports import DRAWN
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint

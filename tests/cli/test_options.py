@@ -191,9 +191,36 @@ def test_orbits_of_a_chain_are_drawn(file, tmp_path):
     assert main(["orbits", "--model", "mine.toml", "--out", "orbits.png"]) == 0
 
 
-@pytest.mark.parametrize(
-    "command", sorted(QUESTIONS.keys() - {"simulate", "cycles", "orbits", "basins"})
-)
+RANGE = "--parameter V --range 0.051 0.052 --max-period 2"
+
+
+@pytest.mark.slow
+def test_bifurcations_of_a_chain_are_reported(file, capsys):
+    file(CHAIN)
+    found = answer(capsys, f"bifurcations --model mine.toml {RANGE}")["result"]["bifurcations"]
+    (flip,) = ss.bifurcations(CHAIN, "V", (0.051, 0.052), max_period=2)
+    assert [(one["kind"], one["value"]) for one in found] == [("flip", flip.value)]
+    (before, doubled), (after,) = found[0]["orbits_before"], found[0]["orbits_after"]
+    assert (before["period"], doubled["period"], after["period"]) == (2, 4, 2)
+    value = flip.orbits_after[0].multipliers[0]
+    assert after["multipliers"][0] == [value.real, value.imag]
+    assert main(["bifurcations", "--model", "mine.toml", *RANGE.split(), "--out", "report"]) == 0
+    page = capsys.readouterr().out
+    assert "lists, which may lack some, of orbits" in page
+    assert f"multipliers        {flip.multipliers[0].real:.8g}, -1" in page
+
+
+def test_a_window_is_for_one_number(file, capsys):
+    file(CHAIN)
+    asked = ["diagram", "--model", "mine.toml", *RANGE.split(), "--window", "0", "1"]
+    assert main(asked) == 2
+    assert "--window is for maps of one number" in capsys.readouterr().err
+
+
+ANY_DIMENSION = {"simulate", "cycles", "orbits", "basins", "bifurcations", "diagram"}
+
+
+@pytest.mark.parametrize("command", sorted(QUESTIONS.keys() - ANY_DIMENSION))
 def test_what_asks_about_two_blocks_says_so_of_a_chain(command, file, capsys):
     file(CHAIN)
     assert main([command, "--model", "mine.toml", *QUESTIONS[command].split()]) == 2

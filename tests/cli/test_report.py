@@ -299,3 +299,29 @@ def test_digits_follow_the_error(number, error, text):
 
 def test_with_error():
     assert with_error(1.25, 1e-2) == "1.25 ± 1e-02"
+
+
+def test_maps_of_the_plane_are_reported():
+    # x' = 1 - a x^2 + y, y' = b x: the fixed point x = (b - 1 + s) / (2 a), where
+    # s^2 = (1 - b)^2 + 4 a, flips at 4 a = 3 (1 - b)^2 with the multipliers -1 and b
+    plane = ss.Map(
+        lambda x, a: np.stack([1 - a * x[..., 0] ** 2 + x[..., 1], 0.1 * x[..., 0]], axis=-1),
+        2,
+        parameters={"a": 0.5},
+        domain=[(-2, 2), (-2, 2)],
+    )
+    found = bifurcations(plane, "a", (0.5, 0.7), max_period=1, n_lists=2)
+    report = Report(found, complete=False)
+    (row,) = json.loads(report.as_json())["bifurcations"]
+    assert row["kind"] == "flip"
+    assert row["value"] == pytest.approx(0.6075, rel=1e-12)
+    assert row["multipliers"] == [pytest.approx([-1, 0], abs=1e-9), pytest.approx([0.1, 0])]
+    x = 0.9 / (2 * 0.6075)
+    assert row["points"] == [pytest.approx([x, 0.1 * x], rel=1e-9)]
+    (before,), (_, doubled) = row["orbits_before"], row["orbits_after"]
+    assert (before["period"], doubled["period"]) == (1, 2)
+    assert all(abs(complex(*value)) < 1 for value in before["multipliers"])
+    attractor = np.array(row["attractors_after"][0]["points"])
+    assert attractor == pytest.approx(np.array(doubled["points"]), rel=1e-9)
+    assert f"orbit there        ({x:.4f}" in report.text()
+    assert "lists, which may lack some, of orbits at 2 values" in report.text()

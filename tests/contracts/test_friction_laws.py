@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip.mechanics.friction import LAWS, PoppStelter, friction_law
+from stickslip.mechanics.friction import LAWS, Coulomb, PoppStelter, friction_law
 from stickslip.mechanics.friction.code import law_code
 from stickslip.mechanics.friction.interface import PARAMETER_COLUMN
 from stickslip.mechanics.friction.law import Choice
@@ -408,6 +408,11 @@ def test_parameters_do_not_make_new_kernels():
     first = law_code([PoppStelter(3.0)])
     assert law_code([PoppStelter(1.0, 0.2, 0.1)]) is first
     assert law_code([PoppStelter(3.0), PoppStelter(2.0)]) is first
+    pair = [PoppStelter(3.0), Coulomb(0.2)]
+    assert law_code(pair) is law_code(pair[::-1])
+    mixed = law_code(pair)
+    in_turn = mixed.parameter_rows(pair), mixed.parameter_rows(pair[::-1])
+    assert np.array_equal(in_turn[0], in_turn[1][::-1])
     law = USER_LAWS["traced"]
     assert law_code([law.replace(a=0.5)]) is law_code([law])
     branching_law = USER_LAWS["branching"]

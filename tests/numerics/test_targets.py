@@ -455,12 +455,6 @@ def test_one_key_stands_for_one_set_of_bindings(template):
         targets.instantiate(template, "one set", scale=double, other=triple)
 
 
-@pytest.mark.kernel
-def test_an_uncached_instance_works(template):
-    module = targets.instantiate(template, "uncached", cached=False, scale=triple)
-    assert module.answer(1.0) == 4.0
-
-
 def test_a_template_that_fails_leaves_nothing_behind(tmp_path, monkeypatch):
     (tmp_path / "broken_template.py").write_text("raise RuntimeError('broken')\n")
     monkeypatch.syspath_prepend(tmp_path)

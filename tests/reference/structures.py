@@ -221,6 +221,8 @@ LAWS = (
     ss.PoppStelter(gamma=2.0),
     ss.Stribeck(mu=0.5, speed=0.3, viscous=0.05),
 )
+FEW_LAWS = (*LAWS[:3], ss.Coulomb(mu=0.5, viscous=0.05))
+"""Three sets of kernels instead of seven for all mixtures; drawn alike."""
 
 
 def random_structure(

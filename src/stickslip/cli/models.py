@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from stickslip.cli.options import ENGINE, Flag, Starts, TableOptions, Whole, check_equally_spaced
-from stickslip.cli.output import note, notes, tracked
+from stickslip.cli.output import note, notes, shares, tracked
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
 if TYPE_CHECKING:
@@ -280,13 +280,23 @@ def basins(
 
     f = table.map()
     if f.dimension > 1:
-        shares = table.deliver(
-            "basins", f.model, {"samples": samples}, lambda: ss.basins(f, n_samples=samples)
-        )
-        note(repr(shares).splitlines()[0], quiet=table.quiet)
-        return COMPUTATION_FAILED if shares.undecided == 1.0 else DONE
+        with shares("basins", quiet=table.quiet) as show:
+            drawn = table.deliver(
+                "basins",
+                f.model,
+                {"samples": samples},
+                lambda: ss.basins(f, n_samples=samples, progress=show),
+            )
+        note(repr(drawn).splitlines()[0], quiet=table.quiet)
+        return COMPUTATION_FAILED if drawn.undecided == 1.0 else DONE
     asked = {"resolution": resolution}
-    found = table.deliver("basins", f.model, asked, lambda: ss.basins(f, resolution=resolution))
+    with shares("basins", quiet=table.quiet) as show:
+        found = table.deliver(
+            "basins",
+            f.model,
+            asked,
+            lambda: ss.basins(f, resolution=resolution, progress=show),
+        )
     return _basin_ending(found, quiet=table.quiet)
 
 

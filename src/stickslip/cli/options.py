@@ -142,6 +142,12 @@ class SweepOptions:
             return self.range
         raise UsageError(f"--range {low} {high}: finite ends are needed, the lower one first")
 
+    def checked(self, f: Any) -> Any:
+        """Return the map, of any dimension, if the window suits it."""
+        if f.dimension > 1 and self.window is not None:
+            raise UsageError("--window is for maps of one number; leave it out")
+        return f
+
     def asked(self) -> dict[str, Any]:
         """Return the options as they stand in a document."""
         names = ("parameter", "range", "window", "max_period")
@@ -228,8 +234,9 @@ class SystemOptions:
             raise UsageError(
                 "this command asks about a map of one number, such as d = X_2 - X_1 of two blocks "
                 f"or the phase of a shaken one; the model is a {type(found.model).__name__} with "
-                f"n = {found.model.n_blocks}, whose map has {found.dimension}. stickslip orbits "
-                "and stickslip basins take it; stickslip simulate follows any model in time"
+                f"n = {found.model.n_blocks}, whose map has {found.dimension}. stickslip orbits, "
+                "basins, bifurcations and diagram take it; stickslip simulate follows any model "
+                "in time"
             )
         line: ModelLine = found
         return line

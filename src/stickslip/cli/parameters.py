@@ -6,7 +6,7 @@ import json
 import sys
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, cast
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from cyclopts import Parameter
 
@@ -35,8 +35,6 @@ from stickslip.files import checked_suffix, write_csv, write_table, write_text
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import BifurcationList
     from stickslip.analysis.diagrams.diagram import Diagram
-    from stickslip.analysis.maps.protocol import MapFamily
-    from stickslip.cli.options import ModelLine
     from stickslip.cli.report import Report
     from stickslip.numerics.arrays import Floats
 
@@ -69,12 +67,12 @@ def bifurcations(
     csv: Annotated[Flag, Parameter(group=OUTPUT)] = False,
     output: OutputOptions = OutputOptions(),
 ) -> int:
-    """List the bifurcations of the event map over a range of a parameter, and explain them.
+    """List the bifurcations of a model's map over a range of a parameter, and explain them.
 
     Prints a report: where each one happens and how exactly that is known, which orbits and
     attractors there are before and after, what the map's slopes foretell, and the mechanism
     in the motion. It ends with what could not be explained; the exit code is 1 if that is all
-    there is.
+    there is. Of a map of several numbers (three blocks) the list may lack some.
 
     Parameters
     ----------
@@ -94,12 +92,12 @@ def bifurcations(
     if csv and output.json:
         raise UsageError("give either --csv or --json")
     grid = _grid(sweep, values)
-    f = system.event_map()
+    f = sweep.checked(system.map())
     with ExitStack() as stack:
         files = [] if out is None else stack.enter_context(new_folder(out, FILES, force=force))
         with shares("bifurcations", quiet=output.quiet) as show:
             found = bifurcations(
-                cast("MapFamily", f),
+                f,
                 sweep.parameter,
                 sweep.ends,
                 max_period=sweep.max_period,
@@ -125,14 +123,15 @@ def bifurcations(
     return _bifurcation_ending(found, quiet=output.quiet or not (csv or output.json))
 
 
-def _report(f: ModelLine, found: BifurcationList) -> Report:
+def _report(f: Any, found: BifurcationList) -> Report:
     from stickslip.cli.report import Report
 
     laws = dict.fromkeys(law.title for law in f.model.laws)
     event = getattr(f, "event", None)
-    what = f"a map from {event} to {event}" if event else "two blocks"
+    blocks = "two blocks" if f.dimension == 1 else f"{f.model.n_blocks} blocks"
+    what = f"a map from {event} to {event}" if event else blocks
     title = f"Bifurcations of {what} with friction {' and '.join(laws)}"
-    return Report(found, picture=PICTURES[0], title=title)
+    return Report(found, picture=PICTURES[0], title=title, complete=f.dimension == 1)
 
 
 def _result(report: Report) -> dict[str, Any]:
@@ -140,7 +139,7 @@ def _result(report: Report) -> dict[str, Any]:
     return {name: content[name] for name in ("bifurcations", "cascades", "unresolved", "outside")}
 
 
-def _write_report(files: dict[str, Path], report: Report, f: ModelLine) -> None:
+def _write_report(files: dict[str, Path], report: Report, f: Any) -> None:
     """Write everything but the pictures."""
     from stickslip.mechanics.model.file import write_model
 
@@ -159,7 +158,7 @@ def _grid(sweep: SweepOptions, values: int) -> Floats:
     return np.linspace(*sweep.ends, values)
 
 
-def _diagram(f: ModelLine, sweep: SweepOptions, grid: Floats, what: str, *, quiet: bool) -> Diagram:
+def _diagram(f: Any, sweep: SweepOptions, grid: Floats, what: str, *, quiet: bool) -> Diagram:
     """Compute the diagram over the range."""
     from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 
@@ -203,7 +202,8 @@ def diagram(
     """Draw a bifurcation diagram with the unstable orbits in it.
 
     At each value of the parameter: every periodic orbit, stable and unstable, up to the
-    longest period; the attractors; the breakpoints of the map. Without --out and --csv it
+    longest period; the attractors; the breakpoints of the map. Of a map of several numbers
+    (three blocks): the orbits that searches lead to, and the attractors. Without --out and --csv it
     prints where each orbit exists, and what it begins and ends with. The table in --csv and
     --json has a row for each point.
 
@@ -223,7 +223,7 @@ def diagram(
         checked_suffix(out, PICTURE_SUFFIXES, "--out")
     if csv is not None:
         checked_suffix(csv, ("", ".csv"), "--csv")
-    f = system.event_map()
+    f = sweep.checked(system.map())
     files = [path for path in (out, csv) if path is not None]
     with new_files(files, force=force) as made:
         temporary = dict(zip(files, made, strict=True))

@@ -9,14 +9,22 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
+from stickslip.analysis.attractors.attractor import AttractorND
+from stickslip.analysis.bifurcations.bifurcation import place
 from stickslip.analysis.bifurcations.outcome import disagreement
+from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, multipliers_text
 from stickslip.studies.claim import digits, with_error
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.bifurcation import Bifurcation, BifurcationList, Cascade
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
+    from stickslip.numerics.arrays import Floats
 
 
 SCHEMA: Final = 1
@@ -70,21 +78,23 @@ def _as_data(item: Bifurcation) -> dict[str, Any]:
     }
 
 
-def _orbit_data(orbit: PeriodicOrbit) -> dict[str, Any]:
+def _orbit_data(orbit: PeriodicOrbit | PeriodicOrbitND) -> dict[str, Any]:
+    name = "multipliers" if isinstance(orbit, PeriodicOrbitND) else "multiplier"
     return {
         "kind": orbit.kind,
         "period": orbit.period,
-        "multiplier": orbit.multiplier,
+        name: getattr(orbit, name),
         "points": orbit.points.tolist(),
         "itinerary": list(orbit.itinerary),
     }
 
 
-def _attractor_data(attractor: Attractor) -> dict[str, Any]:
+def _attractor_data(attractor: Attractor | AttractorND) -> dict[str, Any]:
+    name = "points" if isinstance(attractor, AttractorND) else "bands"
     return {
         "kind": attractor.kind,
         "period": attractor.period,
-        "bands": attractor.bands.tolist(),
+        name: getattr(attractor, name).tolist(),
         "lyapunov": attractor.lyapunov.value,
         "lyapunov_error": attractor.lyapunov.error,
     }
@@ -108,11 +118,13 @@ def _cascade_data(cascade: Cascade) -> dict[str, Any]:
 
 
 def _finite(data: Any) -> Any:
-    """Replace numbers that JSON cannot write by None."""
+    """Replace numbers that JSON cannot write by None, complex ones by their parts."""
     if isinstance(data, dict):
         return {name: _finite(value) for name, value in data.items()}
-    if isinstance(data, list | tuple):
+    if isinstance(data, list | tuple | np.ndarray):
         return [_finite(value) for value in data]
+    if isinstance(data, complex):
+        return [_finite(float(data.real)), _finite(float(data.imag))]
     if isinstance(data, float) and not math.isfinite(data):
         return None
     return data
@@ -129,12 +141,13 @@ class Report:
     found: BifurcationList
     picture: str = ""  # path of a diagram, relative to the page of `as_markdown`
     title: str = ""
+    complete: bool = True  # lists of orbits, as on a line; else they may lack some
 
     def text(self) -> str:
         """Lines for a terminal."""
         found = self.found
         lines = [*([self.title] if self.title else []), _headline(found)]
-        lines += [f"  {line}" for line in _searched(found)]
+        lines += [f"  {line}" for line in _searched(found, complete=self.complete)]
         if len(found):
             lines += ["", *_columns([_HEAD, *(_row(item) for item in found)])]
         for number, item in enumerate(found, start=1):
@@ -149,7 +162,7 @@ class Report:
         """Page for readers, with the diagram if there is a picture of one."""
         found = self.found
         lines = [f"# {self.title or 'Bifurcations'}", "", f"{_headline(found)}.", ""]
-        lines += [f"- {line}" for line in _searched(found)]
+        lines += [f"- {line}" for line in _searched(found, complete=self.complete)]
         if self.picture:
             embed = "" if self.picture.endswith(".pdf") else "!"
             lines += ["", f"{embed}[Bifurcation diagram]({self.picture})"]
@@ -180,7 +193,7 @@ def _headline(found: BifurcationList) -> str:
     return f"{count} over {found.parameter} in ({lo:.10g}, {hi:.10g})"
 
 
-def _searched(found: BifurcationList) -> Iterator[str]:
+def _searched(found: BifurcationList, *, complete: bool) -> Iterator[str]:
     """Say what was searched, and for which system."""
     rest = ", ".join(
         f"{name} = {value:.10g}"
@@ -194,7 +207,8 @@ def _searched(found: BifurcationList) -> Iterator[str]:
         window = "the window ({:.10g}, {:.10g})".format(*found.window)
     yield f"searched: orbits to period {found.max_period} in {window}"
     if found.n_lists:
-        yield f"complete lists of orbits at {found.n_lists} values of {found.parameter}"
+        kind = "complete lists" if complete else "lists, which may lack some,"
+        yield f"{kind} of orbits at {found.n_lists} values of {found.parameter}"
     if found.looks:
         yield f"attractors at {len(found.looks)} values of {found.parameter}"
 
@@ -224,21 +238,23 @@ def _row(item: Bifurcation) -> tuple[str, ...]:
     )
 
 
-def _short(attractors: tuple[Attractor, ...]) -> str:
+def _short(attractors: Sequence[Attractor | AttractorND]) -> str:
     return ", ".join(map(_shortest, attractors)) or "none"
 
 
-def _shortest(attractor: Attractor) -> str:
+def _shortest(attractor: Attractor | AttractorND) -> str:
     if attractor.kind == "periodic":
         return f"period {attractor.period}"
-    return f"{len(attractor.bands)}-band chaos" if attractor.kind == "chaotic" else attractor.kind
+    if attractor.kind != "chaotic":
+        return attractor.kind
+    return "chaos" if isinstance(attractor, AttractorND) else f"{len(attractor.bands)}-band chaos"
 
 
 def _facts(item: Bifurcation) -> list[tuple[str, str]]:
     """All that is known of one bifurcation, as labels and texts."""
     facts = [
-        ("orbit there", _listed(item.points.tolist(), 12)),
-        _slopes(item.multipliers),
+        ("orbit there", _listed(item.points, 12)),
+        _slopes(item),
         ("orbits before", _orbits(item.orbits_before)),
         ("orbits after", _orbits(item.orbits_after)),
         ("attractors before", _attractors(item.attractors_before)),
@@ -254,35 +270,42 @@ def _facts(item: Bifurcation) -> list[tuple[str, str]]:
     return [(label, text) for label, text in facts if text]
 
 
-def _slopes(multipliers: tuple[float, ...]) -> tuple[str, str]:
-    label = "multiplier" if len(multipliers) == 1 else "multipliers, left and right"
-    return label, ", ".join(f"{m:.10g}" for m in multipliers)
+def _slopes(item: Bifurcation) -> tuple[str, str]:
+    slopes = item.multipliers
+    if item.points.ndim > 1:
+        return "multipliers", multipliers_text(np.asarray(slopes))
+    label = "multiplier" if len(slopes) == 1 else "multipliers, left and right"
+    return label, ", ".join(f"{m:.10g}" for m in slopes)
 
 
-def _orbits(orbits: tuple[PeriodicOrbit, ...]) -> str:
+def _orbits(orbits: Sequence[PeriodicOrbit | PeriodicOrbitND]) -> str:
     return "; ".join(_orbit(orbit) for orbit in orbits) or "none"
 
 
-def _orbit(orbit: PeriodicOrbit) -> str:
-    points = _listed(orbit.points.tolist(), 10)
-    facts = f"{orbit.kind}, period {orbit.period}, multiplier {orbit.multiplier:.8g}"
-    return f"{facts} at {points}"
+def _orbit(orbit: PeriodicOrbit | PeriodicOrbitND) -> str:
+    if isinstance(orbit, PeriodicOrbitND):
+        slopes = f"multipliers {multipliers_text(orbit.multipliers)}"
+    else:
+        slopes = f"multiplier {orbit.multiplier:.8g}"
+    return f"{orbit.kind}, period {orbit.period}, {slopes} at {_listed(orbit.points, 10)}"
 
 
-def _listed(points: list[float], places: int) -> str:
+def _listed(points: Floats, places: int) -> str:
     """Write an orbit's points, the first few if there are many: the JSON document has all."""
-    shown = [f"{x:.{places}g}" for x in points[:POINTS_SHOWN]]
+    shown = [place(point, places) for point in points[:POINTS_SHOWN]]
     return ", ".join([*shown, "..."] if len(points) > POINTS_SHOWN else shown)
 
 
-def _attractors(attractors: tuple[Attractor, ...]) -> str:
+def _attractors(attractors: Sequence[Attractor | AttractorND]) -> str:
     return "; ".join(_attractor(attractor) for attractor in attractors)
 
 
-def _attractor(attractor: Attractor) -> str:
+def _attractor(attractor: Attractor | AttractorND) -> str:
     exponent = f"exponent {attractor.lyapunov.value:.6g} ± {attractor.lyapunov.error:.0e}"
     if attractor.kind == "periodic":
         return f"periodic, period {attractor.period}, {exponent}"
+    if isinstance(attractor, AttractorND):
+        return f"{attractor.kind}, at {_listed(attractor.points, 8)}, {exponent}"
     bands = ", ".join(f"[{a:.8g}, {b:.8g}]" for a, b in attractor.bands[:BANDS_SHOWN])
     more = ", ..." if len(attractor.bands) > BANDS_SHOWN else ""
     count = f"{len(attractor.bands)} band{'' if len(attractor.bands) == 1 else 's'}"

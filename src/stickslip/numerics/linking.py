@@ -14,8 +14,10 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import llvmlite.binding as llvm
+from llvmlite import ir
 from numba.core import compiler, types
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import Environment
 from numba.core.registry import CPUDispatcher
@@ -177,6 +179,7 @@ class Kernel(CPUDispatcher):
         super().__init__(function, targetoptions=options)
         self._compiler = _EntryCompiler(self)
         self.folder = folder
+        self._outside: list[Any] = []  # machine code lives as long as this
         self._cache: Any = kernel_cache.KernelCache(function, folder)
 
     @cached_property
@@ -187,3 +190,21 @@ class Kernel(CPUDispatcher):
     @property
     def _numba_type_(self) -> Any:
         return types.Dispatcher(self.part)
+
+    def address(self, args: tuple[Any, ...]) -> int:
+        """Where its machine code for some types is, called as numba calls functions."""
+        self.part.compile(args)
+        made = self.part.overloads[args]
+        target, name = made.target_context, made.fndesc.llvm_func_name
+        library = _EntryLibrary(target.codegen(), name)
+        module = library.create_ir_module("address")
+        kind = target.call_conv.get_function_type(made.fndesc.restype, args)
+        # What nothing outside calls is optimised for its callers: one that stays as it is.
+        outside = ir.Function(module, kind, f"{name}.outside")
+        builder = ir.IRBuilder(outside.append_basic_block())
+        builder.ret(builder.call(ir.Function(module, kind, name), outside.args))
+        with global_compiler_lock:
+            library.add_ir_module(module)
+            library.finalize_with(made.library)
+        self._outside.append(library)
+        return int(library.get_pointer_to_function(outside.name))

@@ -101,12 +101,11 @@ def _instance(key: str | None) -> Iterator[None]:
         _instance_key.value = previous
 
 
-def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any) -> ModuleType:
+def instantiate(template: str, key: str, **bindings: Any) -> ModuleType:
     """Execute a template module of kernels again, with `bindings` among its globals.
 
     Numba sees plain global functions, which it inlines and caches; closures would be compiled anew
-    in each process. Equal keys give the same instance; `cached` is False for bindings of this
-    process.
+    in each process. Equal keys give the same instance.
     """
     name = f"{template}[{key}]"
     with _making:
@@ -119,11 +118,11 @@ def instantiate(template: str, key: str, *, cached: bool = True, **bindings: Any
         if spec is None or spec.origin is None:
             raise ModuleNotFoundError(template)
         code = compile(Path(spec.origin).read_text(encoding="utf-8"), spec.origin, "exec")
-        return _executed(name, spec.origin, code, key if cached else None, bindings)
+        return _executed(name, spec.origin, code, key, bindings)
 
 
 def _executed(
-    name: str, file: str, code: CodeType, key: str | None, bindings: dict[str, Any]
+    name: str, file: str, code: CodeType, key: str, bindings: dict[str, Any]
 ) -> ModuleType:
     """Make a module of kernels, cached by their key; one that fails leaves nothing behind."""
     module = sys.modules[name] = ModuleType(name)

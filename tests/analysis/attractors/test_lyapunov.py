@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from tests.analysis.known_maps import logistic, tent, tent_with_hole
 
-from stickslip.analysis.attractors.lyapunov import lyapunov_exponent
+import stickslip as ss
+from stickslip.analysis.attractors.lyapunov import MANY, lyapunov_exponent
 from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
@@ -46,6 +47,31 @@ def test_cycle_is_averaged_over_whole_periods():
     got = lyapunov_exponent(logistic(r), 0.3, 1001)
     assert got.value == pytest.approx(0.5 * np.log(4 + 2 * r - r**2), abs=ROUNDING)
     assert got.error < ROUNDING
+
+
+@pytest.mark.parametrize(
+    ("f", "start"),
+    [(ss.event_map(ss.examples.coulomb(V=V)), 0.1) for V in (0.0366, 0.03)]
+    + [(logistic(3.9), 0.3)],
+)
+def test_long_orbits_on_an_interpolation_have_the_exponents_of_the_map(f, start, monkeypatch):
+    fast = lyapunov_exponent(f, start, MANY)
+    monkeypatch.setattr("stickslip.analysis.attractors.lyapunov.MANY", np.inf)
+    direct = lyapunov_exponent(f, start, MANY)
+    assert abs(fast.value - direct.value) <= ROUNDING + 3 * (fast.error + direct.error)
+
+
+def test_a_long_orbit_on_a_cycle_has_the_multiplier_of_the_map():
+    r = 3.2
+    got = lyapunov_exponent(logistic(r), 0.3, MANY)
+    assert got.value == pytest.approx(0.5 * np.log(4 + 2 * r - r**2), abs=ROUNDING)
+    assert got.error < ROUNDING
+
+
+def test_whether_long_orbits_leave_the_map_decides():
+    got = lyapunov_exponent(tent_with_hole(3.0), [0.75, 0.2], MANY, transient=0)
+    assert got.value[0] == pytest.approx(np.log(3))
+    assert np.isnan(got.value[1])
 
 
 def test_superstable_orbit_has_minus_infinity():

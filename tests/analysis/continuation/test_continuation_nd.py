@@ -70,6 +70,10 @@ def test_rows_are_orbits(fixed):
         (x, y) = points[0]
         assert 1 - a * x * x + y == pytest.approx(x, abs=1e-12)
     assert fixed.data["residual"].max() < 1e-11
+    for k, orbit in enumerate(fixed):  # at the fold and at both ends, too
+        np.testing.assert_array_equal(orbit.points, fixed.points[k])
+        np.testing.assert_array_equal(orbit.multipliers, fixed.multipliers[k])
+        assert orbit.stable == fixed.stable[k]
 
 
 def test_orbits_are_solved_anew_at_a_value(fixed):

@@ -275,7 +275,8 @@ class TestResult:
         )
         assert seen == sorted(seen)
         assert seen[-1] == 1.0
-        assert len([share for share in seen if 0.6 < share < 1.0]) == 130 // 16
+        # One for each hundredth of the values, however many these are.
+        assert len([share for share in seen if 0.6 < share < 1.0]) == 99
 
     def test_threads_do_not_change_the_orbits(self, monkeypatch, doubling):
         from stickslip.analysis.diagrams import diagrams as module

@@ -12,6 +12,7 @@ import pytest
 import stickslip as ss
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import OrbitSurvey
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, search_orbits
+from stickslip.analysis.work import Work
 from stickslip.mechanics.cycle.shooting import Shooter
 
 BLOCK = ss.Oscillator(
@@ -112,7 +113,7 @@ def test_the_corner_of_a_forced_block_where_one_orbit_becomes_three() -> None:
     block = BLOCK.replace(damping=0.05, **{"forcing.frequency": 0.586})
     f = ss.stroboscopic_map(block, domain=[(2.0, 4.0), (0.0, 1.0)])
     survey = OrbitSurvey(f, "forcing.frequency", 0.5855, 0.5867, 1, 16)
-    survey.run(2, lambda _: None, partial=False)
+    survey.run(2, Work())
     kinds = [item.kind for item in survey.events]
     assert kinds == ["border_collision", "fold", "fold"]
     corner, *folds = survey.events

@@ -74,7 +74,6 @@ DRIVER = driver(
     SimpleNamespace(
         is_pair=True,
         key="told",
-        cached=False,
         kernels=SimpleNamespace(
             advance=told, landing_rate=fast_landing, slides_for_ever=said_to_slide
         ),

@@ -34,7 +34,7 @@ def recurrence(motion) -> float:
 def test_a_cycle_without_global_stick_is_one():
     rng = np.random.default_rng(41)
     settled = 0
-    while settled < 6:
+    while settled < 3:
         model = random_model(rng, "coulomb")
         f = ss.event_map(model, max_events=3000)
         d = rng.uniform(-1, 1, 40) * f.domain[1]

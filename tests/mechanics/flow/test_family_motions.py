@@ -115,15 +115,16 @@ def test_start_on_the_belt() -> None:
         ss.simulate(MODELS["forced"], d=[], t_end=1)
 
 
-def test_a_long_chain_is_followed() -> None:
-    """20 000 events of 100 blocks, or a return before: chaos leaves that to rounding."""
+@pytest.mark.parametrize("limit", [4_000, pytest.param(20_000, marks=pytest.mark.slow)])
+def test_a_long_chain_is_followed(limit: int) -> None:
+    """All events of 100 blocks, or a return before: chaos leaves that to rounding."""
     limits = 1 + 0.3 * np.random.default_rng(1).random(100)
     chain = ss.Chain(static=limits, alpha=1.2, V=0.0366, friction=ss.Coulomb(mu=0.22))
-    found = ss.event_map(chain, max_events=20_000).evaluate(chain.sample_domain(1, 3))
+    found = ss.event_map(chain, max_events=limit).evaluate(chain.sample_domain(1, 3))
     if found.status == status.OK:
         assert chain.contains(found.value).all()
         assert found.n_events > 100
     else:
         assert found.status == status.EVENT_LIMIT
-        assert found.n_events == 20_000
-        assert 500 < found.duration < 5000
+        assert found.n_events == limit
+        assert 0.025 < found.duration / limit < 0.25

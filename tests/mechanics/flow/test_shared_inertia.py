@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.reference.structures import Plain, random_structure
+from tests.reference.structures import FEW_LAWS, LAWS, Plain, random_structure
 
 import stickslip as ss
 from stickslip.mechanics.cycle.shooting import Shooter, State
@@ -21,9 +21,11 @@ ACCURATE = 1e-10  # DOP853's; its events of dependent contacts are a linear prog
 FULL = ss.Coulomb(mu=1.0)
 
 
-def drawn(seed: int) -> tuple[ss.Structure, np.ndarray, np.ndarray]:
+def drawn(
+    seed: int, laws: tuple[ss.FrictionLaw, ...] = FEW_LAWS
+) -> tuple[ss.Structure, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
-    model = random_structure(rng, shared=True)
+    model = random_structure(rng, laws, shared=True)
     n = len(model.mass)
     return model, rng.normal(size=n) * 0.5, rng.normal(size=n) * 0.5
 
@@ -50,7 +52,8 @@ def with_law(model: ss.Structure, law: ss.FrictionLaw) -> ss.Structure:
 
 START = [1.0, -0.5], [0.0, 0.5]
 BATCHES = [
-    pytest.param(first, marks=[pytest.mark.slow] * (first > 0)) for first in range(0, 240, 40)
+    pytest.param(0, FEW_LAWS, id="0, few laws"),
+    *(pytest.param(first, LAWS, marks=pytest.mark.slow) for first in range(0, 240, 40)),
 ]
 
 
@@ -72,10 +75,12 @@ def check_against_plain(model: ss.Structure, q: np.ndarray, v: np.ndarray) -> in
     return plain.choices
 
 
-@pytest.mark.parametrize("first", BATCHES)
-def test_random_structures_move_as_a_plain_integration_says(first: int) -> None:
+@pytest.mark.parametrize(("first", "laws"), BATCHES)
+def test_random_structures_move_as_a_plain_integration_says(
+    first: int, laws: tuple[ss.FrictionLaw, ...]
+) -> None:
     for seed in range(first, first + 40):
-        check_against_plain(*drawn(seed))
+        check_against_plain(*drawn(seed, laws))
 
 
 @pytest.mark.parametrize("seed", range(20))

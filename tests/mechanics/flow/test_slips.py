@@ -121,7 +121,7 @@ def kept_by(follow: Callable[[], object]) -> int:
 
 def test_memory_does_not_grow_with_the_motion():
     """What a stream keeps of the motion's second half is little beside what a trajectory keeps."""
-    start, t_end = CHAIN.sample_state(1), 6000.0
+    start, t_end = CHAIN.sample_state(1), 2000.0
 
     def trajectory():
         return ss.simulate(CHAIN, *start, t_end=t_end, record="events")

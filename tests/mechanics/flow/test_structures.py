@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.reference.structures import Plain, random_structure
+from tests.reference.structures import FEW_LAWS, LAWS, Plain, random_structure
 
 import stickslip as ss
 from stickslip.mechanics.cycle.shooting import Shooter, State
@@ -15,9 +15,11 @@ T_END = 6.0
 FINE = 0.001  # steps of the reference where it may have missed a brief excursion
 
 
-def drawn(seed: int) -> tuple[ss.Structure, np.ndarray, np.ndarray]:
+def drawn(
+    seed: int, laws: tuple[ss.FrictionLaw, ...] = FEW_LAWS
+) -> tuple[ss.Structure, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
-    model = random_structure(rng)
+    model = random_structure(rng, laws)
     n = len(model.mass)
     return model, rng.normal(size=n) * 0.5, rng.normal(size=n) * 0.5
 
@@ -27,14 +29,17 @@ def events_of(motion: ss.Trajectory) -> list[tuple[int, int]]:  # type: ignore[n
 
 
 BATCHES = [
-    pytest.param(first, marks=[pytest.mark.slow] * (first > 0)) for first in range(0, 240, 40)
+    pytest.param(0, FEW_LAWS, id="0, few laws"),
+    *(pytest.param(first, LAWS, marks=pytest.mark.slow) for first in range(0, 240, 40)),
 ]
 
 
-@pytest.mark.parametrize("first", BATCHES)
-def test_random_structures_move_as_a_plain_integration_says(first: int) -> None:
+@pytest.mark.parametrize(("first", "laws"), BATCHES)
+def test_random_structures_move_as_a_plain_integration_says(
+    first: int, laws: tuple[ss.FrictionLaw, ...]
+) -> None:
     for seed in range(first, first + 40):
-        model, q, v = drawn(seed)
+        model, q, v = drawn(seed, laws)
         motion = ss.simulate(model, q, v, t_end=T_END, record="events")
         expected = Plain(model).follow(q, v, T_END)
         if events_of(motion) != [event[1:] for event in expected.events]:

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 import pytest
 
+import stickslip as ss
 from stickslip.mechanics.friction import UserLaw, friction_law
 from stickslip.mechanics.friction.code import law_code
 
@@ -83,6 +84,43 @@ def test_a_function_that_answers_expressions_differently_is_compiled():
     law = friction_law(lambda s: 0.3 if isinstance(s, float) else 0.4)
     assert not law.traceable
     assert law.force(1.0) == 0.3
+
+
+def worn(s, a):
+    return 1 / (1 + a * s) if s < 2 else 1 / (1 + 2 * a)
+
+
+def polished(s, a):
+    return 1 - a * s / 8 if s < 1 else 1 - a / 8
+
+
+def test_laws_known_by_values_share_kernels():
+    """Those of the first serve all: kernels call the functions by their addresses."""
+    laws = [friction_law(function, parameters={"a": 0.8}) for function in (worn, polished)]
+    codes = [law_code([law]) for law in laws]
+    assert codes[0] is not codes[1]
+    assert codes[0].force is codes[1].force
+    rows = [code.parameter_rows([law])[0] for code, law in zip(codes, laws, strict=True)]
+    for s in (0.0, 0.5, 3.0):
+        assert [codes[0].force(row, -1, s) for row in rows] == [worn(s, 0.8), polished(s, 0.8)]
+    mixed = law_code(laws)
+    swapped = law_code(laws[::-1])
+    assert mixed is swapped
+    for row, function in zip(mixed.parameter_rows(laws), (worn, polished), strict=True):
+        assert mixed.force(row, -1, 0.5) == function(0.5, 0.8)
+
+
+def failing(s):
+    if s > 11:
+        raise ValueError("never measured")
+    return 1 / (1 + s)
+
+
+def test_what_a_law_raises_in_a_motion_arrives():
+    law = friction_law(failing)
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=15.0, friction=law)
+    with pytest.raises(ValueError, match="never measured"):
+        ss.event_map(model)(0.1)
 
 
 def test_forward_slip_may_have_a_law_and_parameters_of_its_own():

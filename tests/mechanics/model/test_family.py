@@ -166,3 +166,13 @@ def test_matrices_are_given_whole_or_by_their_diagonals():
     np.testing.assert_array_equal(given.damping, whole.damping)
     with pytest.raises(ValueError, match=r"stiffness has the shape \(3,\): \(2, 2\) is needed"):
         ss.Structure([1, 2], [3, 4, 5], contacts=contacts)
+
+
+def test_a_structure_takes_other_laws_of_friction() -> None:
+    law, other = ss.Stribeck(mu=0.9, speed=0.1), ss.Coulomb(mu=0.5)
+    assert STRUCTURE.replace(friction=law).friction == (law, law)
+    found = STRUCTURE.replace(friction=(law, other), V_1=0.3)
+    assert found.friction == (law, other)
+    assert found.contacts[0].load == STRUCTURE.contacts[0].load
+    with pytest.raises(ValueError, match=r"friction\[2\]|2 laws|friction"):
+        STRUCTURE.replace(friction=(law,) * 3)

@@ -112,6 +112,8 @@ class AttractorList(ResultList[Attractor]):
         Seeds spread over the domain, which the shares refer to.
     resolution : str
         What the search would miss.
+    unfollowed : int
+        Seeds that an interrupt kept from being followed to their end.
     """
 
     attractors: tuple[Attractor, ...]
@@ -119,6 +121,7 @@ class AttractorList(ResultList[Attractor]):
     statuses: dict[int, int]
     n_starts: int
     resolution: str
+    unfollowed: int = 0
     _number: ClassVar = "attractor"
     _column_names: ClassVar = Attractor._column_names
     _plot: ClassVar = "basins.draw_bands"
@@ -130,7 +133,12 @@ class AttractorList(ResultList[Attractor]):
     def __repr__(self) -> str:
         """Short table."""
         rows = [f"AttractorList: {len(self)} from {self.n_starts} seeds, {self.left:.3f} left"]
+        rows[0] += _unfollowed(self.unfollowed)
         return "\n".join([*rows, *(f"  {a._line()}" for a in self)])
+
+
+def _unfollowed(count: int) -> str:
+    return f"; interrupted: {count} not followed to their end" if count else ""
 
 
 # ------------------------------------------------------------------ in R^n
@@ -212,6 +220,8 @@ class AttractorListND(ResultList[AttractorND]):
         Of the region of the starts, in each coordinate.
     settled : int
         Steps until the last start was known to have settled.
+    unfollowed : int
+        Starts that an interrupt kept from being followed to their end.
     system : map or None
         None if loaded without.
     """
@@ -222,6 +232,7 @@ class AttractorListND(ResultList[AttractorND]):
     resolution: float
     widths: Floats
     settled: int
+    unfollowed: int = 0
     system: MapND | None = field(default=None, repr=False, compare=False)
     _number: ClassVar = "attractor"
     _column_names: ClassVar = AttractorND._column_names
@@ -235,4 +246,5 @@ class AttractorListND(ResultList[AttractorND]):
         """Short table."""
         head = f"AttractorListND: {len(self)} from {self.n_starts} starts, {self.left:.3f} left; "
         head += f"evidence: settled within {self.settled} steps, resolution {self.resolution:.2g}"
+        head += _unfollowed(self.unfollowed)
         return "\n".join([head, *(f"  {a._line()}" for a in self)])

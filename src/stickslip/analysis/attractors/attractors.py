@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
@@ -17,6 +17,7 @@ from stickslip.analysis.interpolation.interpolated import InterpolatedMap, inter
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import MapND, checked_points
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,
     MOST_STEPS,
@@ -56,6 +57,8 @@ def attractors(
     known: Iterable[PeriodicOrbit] = ...,
     interpolate: bool = ...,
     features: None = ...,
+    progress: Callable[[float], None] | None = ...,
+    partial: bool = ...,
 ) -> AttractorList: ...
 @overload
 def attractors(
@@ -66,6 +69,8 @@ def attractors(
     max_period: int = ...,
     max_steps: int = ...,
     features: Callable[[Floats], Any] | None = ...,
+    progress: Callable[[float], None] | None = ...,
+    partial: bool = ...,
 ) -> AttractorListND: ...
 @suggests
 def attractors(
@@ -79,6 +84,8 @@ def attractors(
     known: Iterable[PeriodicOrbit] = (),
     interpolate: bool = True,
     features: Callable[[Floats], Any] | None = None,
+    progress: Callable[[float], None] | None = None,
+    partial: bool = False,
 ) -> AttractorList | AttractorListND:
     """Find the attractors of a map.
 
@@ -108,6 +115,11 @@ def attractors(
     features : callable, optional
         Of R^n: ``features(points)`` of an orbit (k, n), a number or several; orbits are then told
         apart by these instead of by where they come back to.
+    progress : callable, optional
+        Called now and then with the share of the work that is done, 0 to 1.
+    partial : bool
+        Whether Ctrl-C returns what has been found so far; ``unfollowed`` counts the seeds
+        that were left out.
 
     Returns
     -------
@@ -146,11 +158,11 @@ def attractors(
     all along. Results say how well orbits recur (docs/theory/attractors.md).
     """
     n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
-    fast = flag("interpolate", interpolate)
+    fast, work = flag("interpolate", interpolate), Work(progress, partial)
     orbits = _orbits("known", known)
     if isinstance(space := map_of(f), MapND):
         x, widths = seeds(space, starts, n_starts)
-        return search_attractors(space, x, widths, max_period, max_steps, features)
+        return search_attractors(space, x, widths, max_period, max_steps, features, work)
     f = line_map(f)
     table = branch_table(f)
     if starts is None:
@@ -159,7 +171,7 @@ def attractors(
         spread = start = np.atleast_1d(checked_points(f.domain, starts, "starts")).ravel()
         if not start.size:
             raise ValueError(f"starts = {shown(starts)} is empty: at least one point is needed.")
-    task = _Task(f, table, start, len(spread), max_period, max_steps, orbits)
+    task = _Task(f, table, start, len(spread), max_period, max_steps, orbits, work)
     return task.solved(interpolated_map(table) if fast else None)
 
 
@@ -191,12 +203,13 @@ class _Task:
     max_period: int
     max_steps: int
     known: tuple[PeriodicOrbit, ...]
+    work: Work = field(default_factory=Work)
 
     def solved(self, fast: InterpolatedMap | None) -> AttractorList:
         """Search on the interpolated table if it is good enough and proves right."""
         if fast is not None and np.isfinite(fast.error):
             search, found = self._searched(fast)
-            if not search.doubts:
+            if not search.doubts or self.work.interrupted:
                 return found
         return self._searched(self.f)[1]
 
@@ -206,7 +219,7 @@ class _Task:
             cycle = confirmed(self.f, orbit.points) if orbit.stable else None
             if cycle is not None and attracts(self.f, cycle):
                 search.add_cycle(cycle)
-        search.run(self.start)
+        search.run(self.start, self.work)
         return search, search.result(self.n_spread)
 
 

@@ -24,9 +24,10 @@ from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial,
 from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
 from stickslip.analysis.attractors.lyapunov import advance, perturbed
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import MapND, checked_points, domain_width
+from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,
     finite_number,
@@ -38,7 +39,7 @@ from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -54,6 +55,7 @@ MAX_CUT: Final = 1 << 15  # undecided pieces of all rounds together: the rest is
 N_SAMPLES: Final = 4096
 BLOCK: Final = 256  # steps between looks at where samples are
 MAX_STEPS: Final = 20_000
+HALF: Final = 0.5  # share of the work that the search for attractors is, roughly
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -185,6 +187,8 @@ def basins(
     resolution: float = ...,
     n_samples: int = ...,
     rng: np.random.Generator | int | None = ...,
+    progress: Callable[[float], None] | None = ...,
+    partial: bool = ...,
 ) -> Basins: ...
 @overload
 def basins(
@@ -194,6 +198,8 @@ def basins(
     n_samples: int = ...,
     grid: Sequence[Any] | None = ...,
     max_steps: int = ...,
+    progress: Callable[[float], None] | None = ...,
+    partial: bool = ...,
 ) -> BasinsND: ...
 @suggests
 def basins(
@@ -205,6 +211,8 @@ def basins(
     rng: np.random.Generator | int | None = None,
     grid: Sequence[Any] | None = None,
     max_steps: int = MAX_STEPS,
+    progress: Callable[[float], None] | None = None,
+    partial: bool = False,
 ) -> Basins | BasinsND:
     """Divide the domain of a map into basins of attraction.
 
@@ -226,6 +234,11 @@ def basins(
         at which the coordinate is held. Two axes make a picture of a plane.
     max_steps : int
         Steps after which a start of a map of R^n counts as undecided.
+    progress : callable, optional
+        Called now and then with the share of the work that is done, 0 to 1.
+    partial : bool
+        Whether Ctrl-C returns what has been found so far; what was left
+        out is undecided, and the result says so.
 
     Returns
     -------
@@ -256,37 +269,46 @@ def basins(
     n_samples = whole_number("n_samples", n_samples, at_most=MOST_KEPT)
     generator = random_generator("rng", 0 if rng is None else rng)
     max_steps = whole_number("max_steps", max_steps, at_most=MOST_FOLLOWED)
+    work = Work(progress, partial)
+    searched, rest = work.part(0.0, HALF), work.part(0.0 if found is not None else HALF, 1.0)
+    search: Any = {"progress": searched.tell, "partial": work.partial}
     if isinstance(space := map_of(f), MapND):
-        listed = attractors(space) if found is None else found
+        listed = attractors(space, **search) if found is None else found
         checked = instance(
             "found", listed, AttractorListND, "the result of ss.attractors(f) for this map"
         )
-        return find_basins(space, checked, grid, n_samples, max_steps)
+        return find_basins(space, checked, grid, n_samples, max_steps, rest)
     if grid is not None:
         raise ValueError("grid is for maps of R^n: basins on a line are intervals.")
     f = line_map(f)
-    whole_table = branch_table(f)
-    table = whole_table.laps
+    table = branch_table(f).laps
     known = (
-        attractors(f)
+        attractors(f, **search)
         if found is None
         else instance("found", found, AttractorList, "the result of ss.attractors(f)")
     )
     pieces = first_pieces(f, table, known)
     causes = first_causes(f, table, pieces.edges)
     pieces, rounds, cut, floor = pieces.joined(), 0, 0, SLIVER
-    while cut < MAX_CUT:
-        floor = SLIVER if pieces.count_undecided() <= MANY else resolution
-        finer = refined(f, table, pieces, floor * domain_width(f))
-        if finer is None or finer.same_as(pieces):
-            break
-        pieces, rounds, cut = finer, rounds + 1, cut + finer.count_undecided()
-    edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
     counts = np.zeros(len(known) + 2, dtype=np.int64)
+    with rest.until_interrupted():
+        if found is None and known.unfollowed:  # because of the same interrupt
+            raise KeyboardInterrupt
+        while cut < MAX_CUT:
+            rest.tell(0.5 * cut / MAX_CUT)
+            floor = SLIVER if pieces.count_undecided() <= MANY else resolution
+            finer = refined(f, table, pieces, floor * domain_width(f))
+            if finer is None or finer.same_as(pieces):
+                break
+            pieces, rounds, cut = finer, rounds + 1, cut + finer.count_undecided()
+    edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
     if np.any(index == UNDECIDED):
-        fast = interpolated_map(whole_table)
         points = _spread(pieces, n_samples, generator)
-        _count(fast if np.isfinite(fast.error) else f, pieces, points, counts, generator)
+        counts[UNDECIDED] = len(points)
+        with rest.until_interrupted():
+            if rest.interrupted:
+                raise KeyboardInterrupt
+            _count(stand_in(f), pieces, points, counts, generator, rest.part(0.5, 1.0))
     return Basins(
         edges=edges,
         index=index,
@@ -296,7 +318,7 @@ def basins(
         thin=thin,
         rounds=rounds,
         resolution=floor * domain_width(f),
-        reason=_why(known, counts),
+        reason=_why(known, counts, rest),
     )
 
 
@@ -309,22 +331,33 @@ def _spread(pieces: Pieces, n: int, rng: np.random.Generator) -> Floats:
     return np.asarray(pieces.edges[open_[k] + 1] - (ends[k] - place))
 
 
-def _count(f: Map1D, pieces: Pieces, x: Floats, counts: Integers, rng: np.random.Generator) -> None:
+def _count(
+    f: Map1D,
+    pieces: Pieces,
+    x: Floats,
+    counts: Integers,
+    rng: np.random.Generator,
+    work: Work,
+) -> None:
     """Follow points until their orbits come to a decided piece, and count its fate."""
-    for _ in range(0, MAX_STEPS, BLOCK):
+    n = len(x)
+    for steps in range(0, MAX_STEPS, BLOCK):
+        work.tell(max(1 - len(x) / n, steps / MAX_STEPS))
         tails = advance(f, x, BLOCK)
         fates = pieces.fate(tails)
         first = np.argmax(fates != UNDECIDED, axis=1)
         fate = fates[np.arange(len(x)), first]
         np.add.at(counts, fate[fate != UNDECIDED], 1)
         x = tails[fate == UNDECIDED, -1]
+        counts[UNDECIDED] = len(x)
         if not x.size:
             return
         x = perturbed(f, x, rng)
-    counts[UNDECIDED] += len(x)
 
 
-def _why(known: AttractorList, counts: Integers) -> str:
+def _why(known: AttractorList, counts: Integers, work: Work) -> str:
+    if work.interrupted:
+        return "interrupted: what was not followed to its end is undecided"
     if not counts[UNDECIDED]:
         return ""
     if reasons := [a.reason for a in known if a.kind == "undecided"]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
 from stickslip.analysis.exponents.spectrum import checked_steps_of_mean, largest_exponents
-from stickslip.analysis.interpolation.cell_table import tabulated
+from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import (
     MapND,
@@ -17,8 +17,10 @@ from stickslip.analysis.maps.protocol import (
     clip_to_domain,
     domain_width,
     iterate,
+    sample,
     values_and_slopes,
 )
+from stickslip.analysis.orbits.newton import polish_on
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -34,9 +36,8 @@ TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than t
 LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may hold an orbit on
 WARM_UP: Final = 512  # perturbed steps that lead away from such a cycle
 SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
-MANY: Final = 50_000  # steps from which on a table of the map pays, which takes as long to make
-PAST: Final = 4096  # points of orbits that show where the table is needed
-FEWEST: Final = 16  # ... and steps of each orbit at least
+MANY: Final = 50_000  # steps from which on an interpolation of the map pays
+COMPARED: Final = 64  # points of a motion at which a stand-in and the map are compared
 ENSEMBLE: Final = 32  # orbits from which a chaotic motion is sampled together
 SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, at first and ...
 MAX_SAMPLES: Final = 1 << 20  # ... at most
@@ -124,8 +125,9 @@ def lyapunov_exponent(
     is a standard deviation found by blocking; it holds if the `n` steps see every part of the
     attractor, which no finite orbit can prove.
 
-    From 50 000 steps on, a map that knows its margins is followed on a table of polynomials that
-    repeats its values to 1e-14 (docs/theory/many-maps.md).
+    From 50 000 steps on orbits are followed on the map's table of branches, interpolated to 1e-9 of
+    the range of values; a cycle is solved for on the map itself, and the error of another orbit
+    includes the difference of both maps' slopes along it (docs/theory/attractors.md).
     """
     n, skip = checked_steps_of_mean(n, transient)
     found = map_of(f)
@@ -134,8 +136,11 @@ def lyapunov_exponent(
         return LyapunovExponent(_number(mean), _number(error), n)
     f = line_map(found)
     start = checked_points(f.domain, d, "d")
-    values, slopes = trace(f, start.ravel(), n, skip)
-    pairs = [_mean_of_logs(f, v, s) for v, s in zip(values, slopes, strict=True)]
+    fast = stand_in(f) if start.size * (skip + n) >= MANY else f
+    values, slopes = trace(fast, start.ravel(), n, skip)
+    if fast is not f and not np.isfinite(values).all():  # whether orbits leave, the map decides
+        fast, (values, slopes) = f, trace(f, start.ravel(), n, skip)
+    pairs = [_mean_of_logs(f, fast, v, s) for v, s in zip(values, slopes, strict=True)]
     mean, error = np.moveaxis(np.array(pairs, dtype=np.float64).reshape(*start.shape, 2), -1, 0)
     return LyapunovExponent(_number(mean), _number(error), n)
 
@@ -145,17 +150,34 @@ def _number(values: Floats) -> Any:
     return float(values) if values.ndim == 0 else values
 
 
-def _mean_of_logs(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:
-    """Mean of log |f'| along an orbit, and its error; overwrites the slopes."""
+def _mean_of_logs(f: Map1D, fast: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:
+    """Mean of log |f'| along an orbit of a map or its stand-in, and its error."""
     if not np.all(np.isfinite(values)):
         return np.nan, np.nan
     with np.errstate(divide="ignore"):
-        logs = np.log(np.abs(slopes, out=slopes), out=slopes)
+        logs = np.log(np.abs(slopes))
     if np.any(logs == -np.inf):
         return -np.inf, 0.0
     if period := settled_period(values, SETTLED * domain_width(f)):
+        cycle = polish_on(f, values[None, -period:])
+        if cycle.converged[0]:
+            return float(np.log(np.abs(cycle.slopes[0])).mean()), 0.0
         logs = logs[len(logs) % period :]
-    return float(logs.mean()), blocking_error(logs)
+    doubt = 0.0 if fast is f else difference(f, values[None], slopes[None])[1]
+    return float(logs.mean()), float(np.hypot(blocking_error(logs), doubt))
+
+
+def difference(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:
+    """Compare orbits (m, n) of a stand-in with the map at some points: values, and exponents."""
+    rng = np.random.default_rng(0)
+    rows, columns = slopes.shape
+    row = rng.integers(0, rows, COMPARED)
+    column = rng.integers(0, columns - 1, COMPARED)
+    true = sample(f, values[row, column])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = np.log(np.abs(true.derivative / slopes[row, column]))
+    doubt = abs(float(np.mean(change))) + float(np.std(change)) / np.sqrt(COMPARED)
+    return float(np.max(np.abs(true.value - values[row, column + 1]))), doubt
 
 
 def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
@@ -163,7 +185,6 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
     # Floats have few bits: under x -> 2 x mod 1 every orbit ends on 0 after 53 steps. Orbits that
     # end on a repelling cycle are followed once more, moved by a few roundings now and then.
     values, slopes = np.empty((len(x), n)), np.empty((len(x), n))
-    f = _for_long_orbits(f, x, len(x) * (skip + n))
     on_cycle = np.any(advance(f, x, LONGEST_COLLAPSE)[:, 1:] == x[:, None], axis=1)
     rng, start = np.random.default_rng(0), x
     x, done = advance(f, x, skip)[:, -1], 0
@@ -179,14 +200,6 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
         x, done = piece[:, -1], done + step
         start = x
     return values, slopes
-
-
-def _for_long_orbits(f: Map1D, x: Floats, steps: int) -> Map1D:
-    """Return the table of a map where it pays, else the map."""
-    if steps < MANY or hasattr(f, "iterate_with_slopes"):
-        return f
-    past = advance(f, x, max(FEWEST, PAST // len(x)))
-    return tabulated(f, past[:, 1:]) or f
 
 
 def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:

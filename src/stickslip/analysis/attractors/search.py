@@ -16,6 +16,7 @@ from stickslip.analysis.attractors.lyapunov import (
     ChaoticMotion,
     LyapunovExponent,
     advance,
+    difference,
     mean_of_logs,
     perturbed,
     short_interval,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.work import Work
 
 FIRST_BLOCK: Final = 256
 GROWTH: Final = 4  # each block of steps is this many times longer than the one before
@@ -51,7 +53,6 @@ LOOK: Final = 2048  # steps of one orbit to start an examination from
 SLOW_APPROACH: Final = 0.02  # of the domain's width: recurrence and way left on a slow approach
 CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
 LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
-COMPARED: Final = 64  # points of a chaotic motion at which a stand-in and the map are compared
 STANDS_IN: Final = 1e-6  # of the domain's width: a stand-in may not err more on an attractor
 
 
@@ -94,12 +95,17 @@ class AttractorSearch:
         self.doubts: list[str] = []
         self.rng = np.random.default_rng(0)
 
-    def run(self, start: Floats) -> None:
+    def run(self, start: Floats, work: Work) -> None:
         """Follow seeds until each has left, been captured, or used up its steps."""
         self.fate = np.full(len(start), -1)
+        with work.until_interrupted():
+            self._run(start, work)
+
+    def _run(self, start: Floats, work: Work) -> None:
         moving, x = np.arange(len(start)), start
         done, block, reason = 0, FIRST_BLOCK, ""
         while moving.size and done < self.max_steps:
+            work.tell(max(1 - moving.size / len(start), done / self.max_steps))
             steps = min(block, self.max_steps - done)
             tails = advance(self.fast, x, steps)
             done, block = done + steps, block * GROWTH
@@ -270,7 +276,7 @@ class AttractorSearch:
         """Add a chaotic attractor, of the map itself even if a stand-in has shown it."""
         exponent = motion.exponent
         if self.fast is not self.f:
-            off, doubt = _difference(self.f, motion)
+            off, doubt = difference(self.f, motion.values, motion.slopes)
             if not off <= STANDS_IN * domain_width(self.f):
                 return self._doubt(f"the stand-in errs by {off:.1e} on a chaotic motion")
             exponent = replace(exponent, error=float(np.hypot(exponent.error, doubt)))
@@ -336,24 +342,12 @@ class AttractorSearch:
                 f"basins that hold none of {len(self.fate)} seeds; "
                 f"cycles longer than {self.max_period}"
             ),
+            unfollowed=int(np.sum(self.fate == -1)),
         )
 
 
 def _repels(cycle: Cycle) -> bool:
     return not (cycle.stable or cycle.neutral)
-
-
-def _difference(f: Map1D, motion: ChaoticMotion) -> tuple[float, float]:
-    """Compare values and exponents of a stand-in's motion with the map at some of its points."""
-    rng = np.random.default_rng(0)
-    rows, columns = motion.slopes.shape
-    row = rng.integers(0, rows, COMPARED)
-    column = rng.integers(0, columns - 1, COMPARED)
-    true = sample(f, motion.values[row, column])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        change = np.log(np.abs(true.derivative / motion.slopes[row, column]))
-    doubt = abs(float(np.mean(change))) + float(np.std(change)) / np.sqrt(COMPARED)
-    return float(np.max(np.abs(true.value - motion.values[row, column + 1]))), doubt
 
 
 def _cycle_exponent(cycle: Cycle) -> LyapunovExponent:

@@ -132,7 +132,7 @@ class Bifurcation(Result):
 
     def __repr__(self) -> str:
         """Where, what, which orbits and attractors, and why: a few short lines."""
-        points = ", ".join(_place(x, 12) for x in self.points[:LISTED])
+        points = ", ".join(place(x, 12) for x in self.points[:LISTED])
         if len(self.points) > LISTED:
             points += ", ..."
         lines = [
@@ -395,8 +395,8 @@ class BifurcationList(ResultList[Bifurcation]):
         return "\n".join(lines)
 
 
-def _place(point: Any, digits: int) -> str:
-    """One number, or several in parentheses."""
+def place(point: Any, digits: int) -> str:
+    """Write a point: one number, or several in parentheses."""
     texts = [f"{x:.{digits}g}" for x in np.atleast_1d(point)]
     return f"({', '.join(texts)})" if np.ndim(point) else texts[0]
 
@@ -410,7 +410,7 @@ def _line(item: Bifurcation) -> str:
     attractors = _short(item.attractors_before) + " -> " + _short(item.attractors_after)
     if not item.attractors_before and not item.attractors_after:
         attractors = ""
-    points = ", ".join(_place(x, 9) for x in item.points[:POINTS_SHOWN])
+    points = ", ".join(place(x, 9) for x in item.points[:POINTS_SHOWN])
     if len(item.points) > POINTS_SHOWN:
         points += ", ..."
     return (

@@ -38,8 +38,8 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
 from stickslip.analysis.maps.protocol import FamilyND, explanation
 from stickslip.analysis.orbits.newton import solve_orbit
-from stickslip.analysis.threads import in_threads
-from stickslip.checks import MOST_KEPT, check_callback, flag, shown, whole_number
+from stickslip.analysis.work import Work, in_threads
+from stickslip.checks import MOST_KEPT, shown, whole_number
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -127,10 +127,8 @@ def bifurcations(
     >>> [(b.kind, b.criticality, round(b.value, 9)) for b in found]
     [('flip', 'super', 3.0), ('flip', 'super', 3.449489743)]
     """
-    check_callback("progress", progress, "the share of the work that is done")
-    tell = progress if progress is not None else lambda _: None
+    work = Work(progress, partial)
     max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
-    partial = flag("partial", partial)
     found_map = map_of(system)
     in_space = isinstance(found_map, FamilyND)
     if (in_space and window is not None) or (not in_space and n_starts is not None):
@@ -139,16 +137,14 @@ def bifurcations(
     if isinstance(found_map, FamilyND):
         ends = checked_range(found_map, parameter, range)
         numbers = {"n_lists": n_lists, "n_starts": n_starts}
-        return bifurcations_nd(
-            found_map, parameter, ends, max_period, **numbers, tell=tell, partial=partial
-        )
+        return bifurcations_nd(found_map, parameter, ends, max_period, **numbers, work=work)
     f = line_family(found_map)
     lo, hi = checked_range(f, parameter, range)
     family = Family(f, parameter, window)
-    survey = Survey(family, lo, hi, max_period, lambda share: tell(HALF * share), partial=partial)
+    survey = Survey(family, lo, hi, max_period, work.part(0.0, HALF))
     count = N_LISTS if n_lists is None else n_lists
     survey.run(whole_number("n_lists", count, 3, at_most=MOST_KEPT))
-    report = _Report(survey, f, tell)
+    report = _Report(survey, f, work.tell)
     found = report.made()
     return _with_mechanisms(found, report) if hasattr(f, "explain_break") else found
 
@@ -209,7 +205,7 @@ class _Report:
     def __init__(self, survey: Survey, f: MapFamily, tell: Callable[[float], None]) -> None:
         self.survey, self.f, self.tell = survey, f, tell
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
-        self.interrupted = survey.interrupted
+        self.work = survey.work
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
@@ -267,19 +263,16 @@ class _Report:
     def part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
         """Do a part of the work at a value, or over the range; None, and told, if it fails."""
         lo, hi = (*at, *at) if at else (self.survey.lo, self.survey.hi)
-        return attempted(part, what, lo, hi, self.unresolved, partial=self.survey.partial)
+        return attempted(part, what, lo, hi, self.unresolved, partial=self.work.partial)
 
     def _search(self, part: Callable[[], list[T]], what: str) -> list[T]:
         """Do a long part over the range; what Ctrl-C has cut short is not gone on with."""
 
         def unless_interrupted() -> list[T]:
-            if self.interrupted:
-                raise KeyboardInterrupt
-            try:
-                return part()
-            except KeyboardInterrupt:
-                self.interrupted = True
-                raise
+            if not self.work.interrupted:
+                with self.work.until_interrupted():
+                    return part()
+            raise KeyboardInterrupt
 
         return self.part(unless_interrupted, what) or []
 

@@ -15,7 +15,7 @@ from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, flip_
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import values_and_slopes
 from stickslip.analysis.orbits.newton import Polished, polish_on, solve_orbit
-from stickslip.analysis.threads import in_threads
+from stickslip.analysis.work import in_threads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import FamilyND, MapFamily
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
+    from stickslip.analysis.work import Work
 
 
 def follow_orbit(
@@ -26,6 +27,7 @@ def follow_orbit(
     window: tuple[float, float] | None = None,
     max_step: float | None = None,
     max_points: int | None = None,
+    work: Work | None = None,
 ) -> Curve:
     """Follow a periodic orbit of a map along a parameter; see `stickslip.follow`.
 
@@ -44,7 +46,7 @@ def follow_orbit(
             "be followed: it moves with the jump. Follow the jump itself."
         )
     follower = orbit_follower(f, name, low, high, *steps)
-    return follower.follow(follower.start(orbit.points, value))
+    return follower.follow(follower.start(orbit.points, value), work)
 
 
 def follow_on(
@@ -55,6 +57,7 @@ def follow_on(
     window: tuple[float, float] | None = None,
     max_step: float | None = None,
     max_points: int | None = None,
+    work: Work | None = None,
 ) -> Curve:
     """Follow a curve of orbits anew over a wider range, if one of its ends goes on there."""
     if name != curve.parameter:
@@ -80,4 +83,4 @@ def follow_on(
     f = windowed(getattr(f, "whole", f), window)
     follower = orbit_follower(f, name, *wide, step, most + len(curve))
     middle = len(curve) // 2
-    return follower.follow(follower.start(curve.points[middle], float(values[middle])))
+    return follower.follow(follower.start(curve.points[middle], float(values[middle])), work)

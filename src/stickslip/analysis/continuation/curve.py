@@ -32,7 +32,8 @@ class CurveEnd:
     ----------
     reason : str
         ``end of range``; ``closed``: the curve has come back to its start; ``point limit`` and
-        ``step limit``: given up after too many steps, or where steps became too small.
+        ``step limit``: given up after too many steps, or where steps became too small;
+        ``interrupted``: by Ctrl-C, where a partial answer was wanted.
         Of orbits also ``breakpoint``: a point of the orbit meets a jump or a corner of the map;
         ``gap``: it meets the edge of one; ``end of domain``; ``period halves``: the orbit merges
         with one of half its period, which flips there; ``crossing``: it meets another orbit,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 import numpy as np
 
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
+from stickslip.analysis.work import Work
 from stickslip.checks import finite_number, whole_number
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 
@@ -75,6 +76,7 @@ class Follower:
     ) -> None:
         self.name, self.low, self.high = name, low, high
         self.control, self.max_points = control, max_points
+        self.work = Work()
         # In the last step, by the share of it at which each is met.
         self.pending: list[tuple[float, Passed]] = []
 
@@ -118,11 +120,16 @@ class Follower:
 
     # ------------------------------------------------------------------ both ways
 
-    def follow(self, start: CurvePoint) -> Curve:
+    def follow(self, start: CurvePoint, work: Work | None = None) -> Curve:
         """Follow a solution to both sides; the parameter rises at the start."""
+        whole = Work() if work is None else work
+        self.work = whole.part(0.0, 0.5)
         ahead = self.half(start, [start])
         behind = Half([start], end=ahead.end)
-        if ahead.end is None or ahead.end.reason != "closed":
+        if self.work.interrupted:
+            behind.end = self.end(start, "interrupted")
+        elif ahead.end is None or ahead.end.reason != "closed":
+            self.work = whole.part(0.5, 1.0)
             self.restart(start)
             behind = self.half(start.reversed(), [])
         return self.joined(behind, ahead)
@@ -142,21 +149,27 @@ class Follower:
         """Follow a solution along its tangent, to a target passed in the direction of its own."""
         half, onward = Half([start]), start
         goals = [image for target in targets for image in self.images(target)]
-        for _ in range(self.most_borders):
-            outcome = self._walk(onward, half, goals)
-            if isinstance(outcome, CurveEnd):
-                half.end = outcome
-                return half
-            onward = outcome
-        half.end = self.end(onward, "step limit")
+        with self.work.until_interrupted():
+            for _ in range(self.most_borders):
+                outcome = self._walk(onward, half, goals)
+                if isinstance(outcome, CurveEnd):
+                    half.end = outcome
+                    return half
+                onward = outcome
+            half.end = self.end(onward, "step limit")
+            return half
+        half.end = self.end(half.rows[-1], "interrupted")
         return half
 
     def _walk(
         self, here: CurvePoint, half: Half, goals: Sequence[CurvePoint]
     ) -> CurveEnd | CurvePoint:
         """Walk as far as it goes; return the end, or where to go on from."""
-        walk = self.walk(here)
+        walk, first = self.walk(here), half.rows[0]
+        room = abs((self.high if _rate(first) > 0 else self.low) - first.parameter)
         while True:
+            way = abs(here.parameter - first.parameter)
+            self.work.tell(min(way / room, 1.0) if room else 1.0)
             try:
                 new = next(walk)
             except StopIteration as stop:

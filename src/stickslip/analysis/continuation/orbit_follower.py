@@ -22,7 +22,7 @@ from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEqu
 from stickslip.analysis.maps.protocol import MapND, apart, domain_width, sample
 from stickslip.analysis.orbits.newton import monodromy, solve_orbit, solve_orbits
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
-from stickslip.analysis.orbits.orbits_nd import multipliers_of, solve_orbit_nd
+from stickslip.analysis.orbits.orbits_nd import multipliers_of, orbit_nd_of, solve_orbit_nd
 from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
 from stickslip.status import OK
@@ -396,15 +396,16 @@ class OrbitProblem(Problem):
         return solve_orbit_nd(f, guess) if isinstance(f, MapND) else solve_orbit(f, guess)
 
     def row(self, curve: Curve, row: int) -> Any:
-        """Return the orbit of a row as it was solved: on a line, at an end, a one-sided limit."""
-        value, points = float(curve.values[row]), curve.points[row]
-        if isinstance(self.system, MapND):
-            return self._solved(curve, value, points)
+        """Return the orbit of a row as it was solved: at an end a one-sided limit."""
+        f = self.system.replace(**{curve.parameter: float(curve.values[row])})
+        points, labels = curve.points[row], curve.data["labels"][row]
         residual = float(curve.data["residual"][row])
+        if isinstance(f, MapND):
+            return orbit_nd_of(f, points, curve.multipliers[row], labels, residual)
         return orbit_of(
-            self.system.replace(**{curve.parameter: value}),
+            f,
             points,
-            curve.data["labels"][row],
+            labels,
             multiplier=float(curve.multipliers[row]),
             error=residual,
             residual=residual,

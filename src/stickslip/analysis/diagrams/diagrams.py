@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial as partial_of
 from itertools import pairwise
-from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -28,8 +27,8 @@ from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCu
 from stickslip.analysis.diagrams.orbit_curves import fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
 from stickslip.analysis.maps.protocol import FamilyND
-from stickslip.analysis.threads import in_threads
-from stickslip.checks import MOST_KEPT, check_callback, flag, shown, whole_number
+from stickslip.analysis.work import Work, in_threads
+from stickslip.checks import MOST_KEPT, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.targets import available_threads
 from stickslip.vocabulary import suggests
@@ -48,7 +47,6 @@ SPREAD: Final = 16  # starting points, besides critical ones, at the values next
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 AT_LEAST: Final = 64  # values that an interrupted call is content with
-REPORTED: Final = 16  # values between two reports of progress
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
 ROUNDING: Final = 1e-12  # of a multiplier
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
@@ -141,31 +139,23 @@ def bifurcation_diagram(
         n_lists = N_LISTS if in_space else 24
     n_lists = whole_number("n_lists", n_lists, 2, at_most=MOST_KEPT)
     attractors = flag("attractors", attractors)
-    check_callback("progress", progress, "the share of the work that is done")
-    report = progress or (lambda share: None)
-    partial = flag("partial", partial)
+    work = Work(progress, partial)
     lo, hi = float(values[0]), float(values[-1])
     survey: Survey | OrbitSurvey
     if in_space:
         survey = OrbitSurvey(family, parameter, lo, hi, max_period, N_STARTS)
-        survey.run(n_lists, lambda share: report(0.4 * share), partial=partial)
+        survey.run(n_lists, work.part(0.0, 0.4))
     else:
-        tell: Callable[[float], None] = lambda share: report(0.4 * share)  # noqa: E731
-        survey = Survey(
-            Family(family, parameter, window), lo, hi, max_period, tell, partial=partial
-        )
+        survey = Survey(Family(family, parameter, window), lo, hi, max_period, work.part(0.0, 0.4))
         survey.run(n_lists)
-        if survey.interrupted:
+        if survey.work.interrupted:
             values = values[values <= max((node.q for node in survey.grid_nodes), default=-np.inf)]
             if values.size < 2:
                 raise KeyboardInterrupt
-    try:
-        return _evaluated(survey, values, iterates, attractors=attractors, report=report)
-    except KeyboardInterrupt:
-        if not partial:
-            raise
+    with work.until_interrupted():
+        return _evaluated(survey, values, iterates, attractors=attractors, work=work)
     few = values[:: max(1, len(values) // AT_LEAST)]
-    found = _evaluated(survey, few, iterates, attractors=attractors, report=lambda share: None)
+    found = _evaluated(survey, few, iterates, attractors=attractors, work=Work())
     told = f"interrupted: {len(few)} of {len(values)} values"
     return replace(found, unresolved=(*found.unresolved, told))
 
@@ -176,7 +166,7 @@ def _evaluated(
     iterates: int,
     *,
     attractors: bool,
-    report: Callable[[float], None],
+    work: Work,
 ) -> Diagram:
     """Evaluate the curves of a survey at ascending values, and look for attractors there."""
     family: Any = survey if isinstance(survey, OrbitSurvey) else survey.family
@@ -192,18 +182,18 @@ def _evaluated(
         nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
         anchors = [nodes[q] for q in sorted(nodes)]
         breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
-    report(0.5)
+    work.tell(0.5)
     orbits = _orbit_curves(maps, values, sampled)
-    steps = _Steps(report, 0.6, len(values))
+    count = work.part(0.6, 1.0).steps(len(values))
     rows: list[list[Any]] = []
     if isinstance(survey, OrbitSurvey):
-        rows = _attractors_in_space(survey, maps, values, steps) if attractors else []
+        rows = _attractors_in_space(survey, maps, values, count) if attractors else []
     else:
         critical = _critical_points(values, breaks, anchors)
         rows = _attractors_of_line(
-            maps, values, orbits, critical, anchors, iterates, attractors, steps
+            maps, values, orbits, critical, anchors, iterates, attractors, count
         )
-    report(1.0)
+    work.tell(1.0)
     return Diagram(
         parameter=family.name,
         values=values,
@@ -215,22 +205,6 @@ def _evaluated(
         breakpoints=breaks,
         unresolved=tuple(map(str, survey.unresolved)) + _missing(values, orbits),
     )
-
-
-class _Steps:
-    """Reports the share of the work done from several threads, in rising order."""
-
-    def __init__(self, report: Callable[[float], None], start: float, n: int) -> None:
-        self.report, self.start, self.n = report, start, n
-        self.done = 0
-        self.lock = Lock()
-
-    def count(self) -> None:
-        """Add one of the n steps."""
-        with self.lock:
-            self.done += 1
-            if self.done % REPORTED == 0:
-                self.report(self.start + (1.0 - self.start) * self.done / self.n)
 
 
 # ------------------------------------------------------------------ orbits
@@ -302,7 +276,7 @@ def _critical_points(
 
 
 def _attractors_in_space(
-    survey: OrbitSurvey, maps: list[Any], values: Floats, steps: _Steps
+    survey: OrbitSurvey, maps: list[Any], values: Floats, count: Callable[[int], None]
 ) -> list[list[Any]]:
     """Look for attractors at every value, also from where those before were."""
     rows: list[list[Any]] = []
@@ -312,7 +286,7 @@ def _attractors_in_space(
         task: Callable[[], Any] = partial_of(all_attractors, f, starts=spread)
         rows.append(list(attempted(task, "attractors", q, q, survey.unresolved) or ()))
         starts = np.array([a.points[-1] for a in rows[-1]]).reshape(-1, survey.f.dimension)
-        steps.count()
+        count(1)
     return rows
 
 
@@ -324,7 +298,7 @@ def _attractors_of_line(
     anchors: Sequence[Node],
     iterates: int,
     search: bool,
-    steps: _Steps,
+    count: Callable[[int], None],
 ) -> list[list[Any]]:
     """Gather the stable orbits, and what else orbits settle on, at every value."""
     near_lists = set(np.searchsorted(values, [node.q for node in anchors]).tolist())
@@ -340,7 +314,7 @@ def _attractors_of_line(
                     spread = spread_points(maps[k], SPREAD, None)
                 cycles = [motion.points for motion in known]
                 rows[-1] = known + settler.at(maps[k], cycles, critical[k], spread)
-            steps.count()
+            count(1)
         return rows
 
     chunks = _chunks(len(values))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.laps import Cells
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation._kernels import (
     SQUARE_ROOT_LEFT,
     SQUARE_ROOT_RIGHT,
@@ -129,6 +130,12 @@ def interpolated_map(table: BranchTable, fit: float = FIT) -> InterpolatedMap:
     if not 1e-13 <= fit <= 1e-3:
         raise ValueError(f"fit = {fit!r} of the range of values: 1e-13 to 1e-3 is allowed.")
     return _Construction(table, fit).result()
+
+
+def stand_in(f: Map1D) -> Map1D:
+    """Return the fast map of a map's table; the map itself where that is not good enough."""
+    fast = interpolated_map(branch_table(f))
+    return fast if np.isfinite(fast.error) else f
 
 
 class _Construction:

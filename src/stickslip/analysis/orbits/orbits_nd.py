@@ -119,7 +119,18 @@ def make_orbit(
     turn = -int(np.argmin(points[:, 0]))
     points, jacobians = np.roll(points, turn, axis=0), np.roll(jacobians, turn, axis=0)
     labels = np.roll(labels, turn)
-    multipliers = multipliers_of(jacobians)
+    return orbit_nd_of(f, points, multipliers_of(jacobians), labels, residual, hits)
+
+
+def orbit_nd_of(
+    f: MapND,
+    points: Floats,
+    multipliers: NDArray[np.complex128],
+    labels: Labels,
+    residual: float,
+    hits: int = 0,
+) -> PeriodicOrbitND:
+    """Put together an orbit whose multipliers are known."""
     text = getattr(f, "itinerary", None)
     itinerary = [str(label) for label in labels] if text is None else text(points)
     return PeriodicOrbitND(

@@ -16,8 +16,7 @@ from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
 from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates, sample_values
 from stickslip.analysis.attractors.lyapunov import advance
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.protocol import apart, clip_to_domain, reduced
 from stickslip.results.parts import part
 
@@ -107,8 +106,7 @@ class LineSurroundings:
     def __init__(self, f: Map1D, basins: Basins, k: int) -> None:
         self.f, self.basins, self.k = f, basins, k
         self.attractor: Attractor = basins.attractors[k]
-        fast = interpolated_map(branch_table(f))
-        self.fast: Map1D = fast if np.isfinite(fast.error) else f
+        self.fast = stand_in(f)
         points = advance(self.fast, np.array([self.attractor.point]), 2 * TYPICAL)[0, -TYPICAL:]
         orbit = self.attractor.orbit
         points = points[np.isfinite(points)] if orbit is None else orbit.points

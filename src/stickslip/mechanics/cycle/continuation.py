@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.continuation.follower import Half
+    from stickslip.analysis.work import Work
     from stickslip.mechanics.cycle.section import Shooting
     from stickslip.mechanics.cycle.sliding import Model
 
@@ -87,7 +88,12 @@ class CycleProblem(Problem):
 
 
 def follow_cycle(
-    cycle: Cycle, parameter: str, range: tuple[float, float], *, max_points: int | None = None
+    cycle: Cycle,
+    parameter: str,
+    range: tuple[float, float],
+    *,
+    max_points: int | None = None,
+    work: Work | None = None,
 ) -> Curve:
     """Follow a limit cycle along a parameter of its model; see `stickslip.follow`.
 
@@ -99,7 +105,7 @@ def follow_cycle(
     low, high = _checked(cycle, parameter, range)
     most = whole_number("max_points", MAX_POINTS if max_points is None else max_points)
     follower = _CycleFollower(cycle, parameter, low, high, most)
-    return follower.follow(follower.start())
+    return follower.follow(follower.start(), work)
 
 
 def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[float, float]:

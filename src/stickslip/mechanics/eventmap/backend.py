@@ -244,7 +244,6 @@ def driver(engine: Any) -> ModuleType:
     ends = instantiate(
         f"{rooms}.{'_section_kernels' if sections else '_pair_kernels'}",
         engine.key,
-        cached=engine.cached,
         landing_rate=stepper.pop("landing_rate"),
         **own,
     )
@@ -253,7 +252,6 @@ def driver(engine: Any) -> ModuleType:
     return instantiate(
         f"{rooms}._kernels",
         engine.key,
-        cached=engine.cached,
         SECTIONS=sections,
         **stepper,
         **bound,

@@ -73,7 +73,7 @@ def check_model(model: Model) -> TwoBlock:
 
 def check_traced(engine: Engine) -> None:
     """Raise ValueError if the law of an engine is one that a GPU cannot run."""
-    if not engine.cached:
+    if not engine.code.traceable:
         raise ValueError(
             "device = 'cuda' needs a friction law that can be traced: write it with "
             "arithmetic and numpy functions, without branches; or take device='cpu'."

@@ -102,7 +102,6 @@ def _kernels(engine: Engine, template: str) -> ModuleType:
     return instantiate(
         f"stickslip.mechanics.eventmap.{template}",
         engine.key,
-        cached=engine.cached,
         carry_number=maps.carry_number,
         value_tangent=maps.value_tangent,
     )

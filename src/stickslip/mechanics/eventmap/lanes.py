@@ -227,7 +227,7 @@ class EqualLaneBackend(LaneBackend):
         template = "stickslip.mechanics.eventmap._lane_follow_kernels"
         kernels, engine = self.scalar.kernels, self.scalar.engine
         bindings = {name: getattr(kernels, name) for name in ("carry_number", "value_tangent")}
-        return instantiate(template, engine.key, cached=engine.cached, **bindings)
+        return instantiate(template, engine.key, **bindings)
 
 
 STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")

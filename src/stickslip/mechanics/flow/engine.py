@@ -78,7 +78,6 @@ class Engine:
     n_states: ClassVar = 4
     name: str  # "exact", or of the adaptive engine "taylor", "collocation"
     key: str  # equal keys, equal machine code
-    cached: bool  # kernels can be kept on disk
     kernels: ModuleType  # advance, landing_rate, new_work, ...
     code: LawCode
     system: System
@@ -150,7 +149,6 @@ def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
     return Engine(
         name=name,
         key="exact" if name == "exact" else f"{name}-{code.key}",
-        cached=code.traceable,
         kernels=_kernels(name, code),
         code=code,
         system=System(model.alpha, model.beta, model.V),
@@ -186,13 +184,13 @@ def _kernels(name: str, code: LawCode) -> ModuleType:
     sliding = sliding_kernels(code)
     bindings |= {role: getattr(sliding, role) for role in ("landing_rate", "slides_for_ever")}
     template = f"{FLOW}._{name}_kernels"
-    return instantiate(template, code.key, cached=code.traceable, **bindings)
+    return instantiate(template, code.key, **bindings)
 
 
 def sliding_kernels(code: LawCode) -> ModuleType:
     """Return ``least_slope`` of some laws, and what two blocks make of it."""
     bindings = {role: getattr(code, role) for role in ("force", "slope", "static_value")}
-    return instantiate(f"{FLOW}._sliding_kernels", code.key, cached=code.traceable, **bindings)
+    return instantiate(f"{FLOW}._sliding_kernels", code.key, **bindings)
 
 
 STEPPER = "stickslip.mechanics.flow.blocks._stepper_kernels"
@@ -203,7 +201,6 @@ class BlockEngine:
     """Kernels that move a plant, and the plant in the form that they take."""
 
     is_pair: ClassVar = False
-    cached: ClassVar = True  # kernels can be kept on disk
     name: ClassVar = "series"
     key: str  # equal keys, equal machine code
     kernels: ModuleType  # advance, landing_rate, slides_for_ever, ORDER

@@ -13,7 +13,6 @@ from stickslip.mechanics.friction.formula import (
     CallableFormula,
     Formula,
     TracedFormula,
-    UserFunction,
 )
 from stickslip.mechanics.friction.interface import (
     FORWARD_STATIC_COLUMN,
@@ -46,8 +45,12 @@ HEADER = '''\
 
 import math
 '''
-IMPORTS = """\
+TRACED_IMPORTS = """\
 from stickslip.numerics.rounding import product, quotient, sum_of_two
+from stickslip.numerics.targets import kernel
+"""
+IMPORTS = """\
+from stickslip.numerics.by_address import call_at
 from stickslip.numerics.targets import kernel
 """
 
@@ -106,33 +109,27 @@ class TracedText:
 class CallableText:
     """Lines of each kernel around a function of numbers, in one direction of slip."""
 
-    law: int
     formula: CallableFormula
     forward: bool
     n_gradient: int
 
     def call(self, role: str, speed: str, shifted: int = -1) -> str:
         """Text of a call, with one parameter shifted to the local name ``x``."""
-        names = self.formula.parameters
-        arguments = [
-            f"{name}={'x' if names.index(name) == shifted else self._column(name)}"
-            for name in getattr(self.formula, role).parameters
-        ]
-        return f"law_{self.law}_{role}({', '.join([speed, *arguments])})"
-
-    def _column(self, name: str) -> str:
-        return f"p[{PARAMETER_COLUMN + self.formula.parameters.index(name)}]"
+        n = len(self.formula.parameters)
+        address = _column(n + self.formula.ROLES.index(role))
+        arguments = ["x" if j == shifted else _column(j) for j in range(n)]
+        return f"call_at({', '.join([address, speed, *arguments])})"
 
     @property
     def role(self) -> str:
         return "forward" if self.forward else "backward"
 
     def force_lines(self) -> Lines:
-        return [f"value = 1.0 * {self.call(self.role, 's')}"]  # 1.0 *: it may return an integer
+        return [f"value = {self.call(self.role, 's')}"]
 
     def slope_lines(self) -> Lines:
         if self.formula.slope is not None and not self.forward:
-            return [f"value = 1.0 * {self.call('slope', 's')}"]
+            return [f"value = {self.call('slope', 's')}"]
         return [
             f"h = {DIFFERENCE_STEP!r} * (1.0 + s)",
             "if s > 3.0 * h:",
@@ -143,8 +140,8 @@ class CallableText:
 
     def gradient_lines(self) -> Lines:
         lines: Lines = []
-        for j, name in enumerate(self.formula.parameters):
-            column = self._column(name)
+        for j in range(len(self.formula.parameters)):
+            column = _column(j)
             lines.append(f"h = {DIFFERENCE_STEP!r} * max(abs({column}), 0.01)")
             lines += self._difference(CENTRAL, column, f"out[{j}]", shifted=j)
         unused = range(len(self.formula.parameters), self.n_gradient)
@@ -179,22 +176,16 @@ class LawText:
         return ["if m > 0:", *either[0], "else:", *either[1]]
 
 
-def user_functions(law: int, formula: CallableFormula) -> dict[str, UserFunction]:
-    """Name the user's functions as the text calls them."""
-    functions = {f"law_{law}_backward": formula.backward}
-    if not formula.symmetric:
-        functions[f"law_{law}_forward"] = formula.forward
-    if formula.slope is not None:
-        functions[f"law_{law}_slope"] = formula.slope
-    return functions
+def _column(place: int) -> str:
+    return f"p[{PARAMETER_COLUMN + place}]"
 
 
 def kernel_source(formulas: Sequence[Formula]) -> KernelSource:
     """Generate the kernels of some distinct formulas."""
     n_parameters = max(len(formula.parameters) for formula in formulas)
-    laws = [_law_text(i, formula, n_parameters) for i, formula in enumerate(formulas)]
+    laws = [_law_text(formula, n_parameters) for formula in formulas]
     traced = all(isinstance(formula, TracedFormula) for formula in formulas)
-    parts = [HEADER, IMPORTS if traced else "", *_pointwise_kernels(laws)]
+    parts = [HEADER, TRACED_IMPORTS if traced else IMPORTS, *_pointwise_kernels(laws)]
     n_rows = GRADIENT_ROW + n_parameters
     if traced:
         parts += _series_kernels(laws)
@@ -202,10 +193,10 @@ def kernel_source(formulas: Sequence[Formula]) -> KernelSource:
     return KernelSource("\n".join(parts), n_rows, n_parameters, tuple(law.scalars for law in laws))
 
 
-def _law_text(index: int, formula: Formula, n_gradient: int) -> LawText:
+def _law_text(formula: Formula, n_gradient: int) -> LawText:
     directions = [False] if formula.symmetric else [False, True]
     if isinstance(formula, CallableFormula):
-        return LawText([CallableText(index, formula, d, n_gradient) for d in directions])
+        return LawText([CallableText(formula, d, n_gradient) for d in directions])
     columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(formula.parameters)}
     scalars = Scalars(formula.graph(), columns, PARAMETER_COLUMN + len(columns))
     return LawText([_traced_text(scalars, formula, d, n_gradient) for d in directions], scalars)

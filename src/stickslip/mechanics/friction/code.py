@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import bisect
 import hashlib
-import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from stickslip.checks import shown
 from stickslip.mechanics.friction import _text
 from stickslip.mechanics.friction.formula import CallableFormula, Formula, TracedFormula, quietly
-from stickslip.mechanics.friction.interface import NEXT_PIECE_COLUMN, PARAMETER_COLUMN
+from stickslip.mechanics.friction.interface import NEXT_PIECE_COLUMN
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.numerics.expression import evaluate
 from stickslip.numerics.series import Scalars
@@ -60,11 +59,7 @@ class LawCode:
                 before[NEXT_PIECE_COLUMN] = float(len(rows))
                 rows.append(row)
                 before = row
-        width = PARAMETER_COLUMN + max(
-            len(formula.parameters) + len(scalars.constants if scalars else ())
-            for formula, scalars in zip(self.formulas, self.scalars, strict=True)
-        )
-        table = np.zeros((len(rows), width))
+        table = np.zeros((len(rows), max(map(len, rows))))
         for i, row in enumerate(rows):
             table[i, : len(row)] = row
         return table
@@ -75,7 +70,7 @@ class LawCode:
         return np.array(self._pieces(law)[piece])
 
     def _pieces(self, law: FrictionLaw) -> list[list[float]]:
-        """Law number, F(0) twice, end, no next piece, parameters, constants made of them."""
+        """Law number, F(0) twice, end, no next piece, parameters, constants or addresses."""
         index = self.formulas.index(law.formula)
         static = (law.static_value(), law.static_value(forward=True))
         scalars = self.scalars[index]
@@ -84,7 +79,9 @@ class LawCode:
             values = {name: np.float64(value) for name, value in arguments.items()}
             row = [float(index), *static, end, -1.0]
             row += [values[name] for name in law.formula.parameters]
-            if scalars is not None:
+            if isinstance(law.formula, CallableFormula):
+                row += law.formula.addresses()
+            elif scalars is not None:
                 row += quietly(evaluate, scalars.graph, scalars.constants, values)
             rows.append(row)
         return rows
@@ -98,33 +95,26 @@ class LawCode:
         return names.index(name)
 
 
-_codes: dict[tuple[Formula, ...], LawCode] = {}
-_serial = itertools.count()
+_codes: dict[frozenset[Formula], LawCode] = {}
 
 
 def law_code(laws: Sequence[FrictionLaw]) -> LawCode:
     """Kernels for the laws of a model's blocks; the same object for the same formulas."""
-    formulas = tuple(dict.fromkeys(law.formula for law in laws))
+    formulas = frozenset(law.formula for law in laws)
     if formulas not in _codes:
-        _codes[formulas] = _generated(formulas)
+        # In an order of their own: blocks that change places need no other kernels.
+        _codes[formulas] = _generated(tuple(sorted(formulas, key=repr)))
     return _codes[formulas]
 
 
 def _generated(formulas: tuple[Formula, ...]) -> LawCode:
-    source = _text.kernel_source(formulas)
-    key = hashlib.sha256(source.text.encode()).hexdigest()[:16]
-    traceable = all(isinstance(formula, TracedFormula) for formula in formulas)
-    names: Mapping[str, Any]
-    if traceable:
-        from stickslip.numerics.targets import write_module
+    from stickslip.numerics.targets import write_module
 
-        names = vars(write_module("friction", source.text))
-    else:
-        names = compiled_here(source.text, formulas)
-        key = f"{key}-{next(_serial)}"  # the functions exist in this process only
+    source = _text.kernel_source(formulas)
+    names = vars(write_module("friction", source.text))
     return LawCode(
-        key=key,
-        traceable=traceable,
+        key=hashlib.sha256(source.text.encode()).hexdigest()[:16],
+        traceable=all(isinstance(formula, TracedFormula) for formula in formulas),
         formulas=formulas,
         force=names["force"],
         force_continued=names["force_continued"],
@@ -138,19 +128,6 @@ def _generated(formulas: tuple[Formula, ...]) -> LawCode:
         N_PARAMETERS=source.n_parameters,
         scalars=source.scalars,
     )
-
-
-def compiled_here(text: str, formulas: Sequence[Formula]) -> dict[str, Any]:
-    """Execute kernel text around functions of the user, without a cache."""
-    from stickslip.numerics.targets import kernel_uncached
-
-    names: dict[str, Any] = {"kernel": kernel_uncached}
-    for i, formula in enumerate(formulas):
-        if isinstance(formula, CallableFormula):
-            for name, user in _text.user_functions(i, formula).items():
-                names[name] = user.compiled().function
-    exec(compile(text, "<friction laws>", "exec"), names)
-    return names
 
 
 def pointwise(law: FrictionLaw, name: str) -> tuple[NDArray[np.float64], Kernel]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -122,6 +122,7 @@ def _compiled(function: Function) -> Function:
 class CallableFormula:
     """A law known by its values only; equal if the functions are the same ones."""
 
+    ROLES: ClassVar = ("backward", "forward", "slope")
     parameters: tuple[str, ...]
     backward: UserFunction
     forward: UserFunction
@@ -131,6 +132,21 @@ class CallableFormula:
     def symmetric(self) -> bool:
         """Whether both directions of slip have the same force."""
         return self.forward == self.backward
+
+    def addresses(self) -> list[float]:
+        """Where kernels find the functions of the roles, as functions of s and all parameters."""
+        functions = (self.backward, self.forward, self.slope or self.backward)
+        return [_address(function, self.parameters) for function in functions]
+
+
+@lru_cache(maxsize=256)
+def _address(user: UserFunction, names: tuple[str, ...]) -> float:
+    from stickslip.numerics.by_address import address_of
+
+    given = ", ".join(f"{name}=x{names.index(name)}" for name in user.parameters)
+    numbers = ", ".join(["s", *(f"x{j}" for j in range(len(names)))])
+    text = f"lambda {numbers}: 1.0 * user(s, {given})"  # 1.0 *: it may return an integer
+    return address_of(eval(text, {"user": user.compiled().function}), 1 + len(names))
 
 
 Formula = TracedFormula | CallableFormula

@@ -260,7 +260,7 @@ class BeltModel(ABC):
             Unknown name (the closest known one is suggested), or a value out of range.
         """
         numbers, forcing = {**self.numbers}, {**self._wave_numbers}
-        own = _arguments_of(type(self))
+        own = {*_arguments_of(type(self)), "friction"}
         for_laws: dict[str, Any] = {}
         fields: dict[str, Any] = {}
         for name, value in changes.items():

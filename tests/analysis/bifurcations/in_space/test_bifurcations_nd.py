@@ -9,6 +9,7 @@ from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kin
 
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import OrbitSurvey
+from stickslip.analysis.work import Work
 from stickslip.results.files import load, save
 
 EXACT = 1e-11
@@ -16,7 +17,7 @@ EXACT = 1e-11
 
 def survey(f, name, ends, max_period=1, n_lists=4):
     found = OrbitSurvey(f, name, *ends, max_period, 64)
-    found.run(n_lists, lambda _: None, partial=False)
+    found.run(n_lists, Work())
     assert found.unresolved == []
     return found.events
 

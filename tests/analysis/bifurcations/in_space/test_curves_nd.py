@@ -9,6 +9,7 @@ from tests.analysis.known_maps_nd import SmoothMap, henon, kinked
 import stickslip as ss
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import OrbitSurvey
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits
+from stickslip.analysis.work import Work
 from stickslip.following import follow
 from stickslip.results.files import load, save
 
@@ -17,7 +18,7 @@ EXACT = 1e-11
 
 def first(f, name, ends, kind, max_period=1):
     survey = OrbitSurvey(f, name, *ends, max_period, 64)
-    survey.run(4, lambda _: None, partial=False)
+    survey.run(4, Work())
     return next(item for item in survey.events if item.kind == kind)
 
 
@@ -181,7 +182,7 @@ def test_a_border_collision_of_an_orbit_of_period_three(tmp_path):
 def test_two_sides_of_a_jump_are_two_borders():
     """The fixed point of the left piece is at 0 where mu = 0; that of the right, mu = -jump."""
     survey = OrbitSurvey(kinked(-0.1, 0.2), "mu", -0.3, 0.3, 1, 64)
-    survey.run(4, lambda _: None, partial=False)
+    survey.run(4, Work())
     curves = [follow(item, "jump", (-0.3, 0.3), solve_for="mu") for item in survey.events]
     for curve, slope in zip(curves, (-1.0, 0.0), strict=True):
         expected = slope * curve.parameters["jump"]
@@ -192,7 +193,7 @@ def test_two_sides_of_a_jump_are_two_borders():
 def test_a_fold_of_a_chain_of_three_blocks_is_where_its_orbits_turn_back():
     chain = ss.Chain(static=(0.968, 0.986, 0.732), alpha=0.383, V=0.1, friction=ss.Coulomb(mu=0.7))
     survey = OrbitSurvey(ss.event_map(chain, threads=1), "V", 0.15, 0.2, 1, 12)
-    survey.run(1, lambda _: None, partial=False)
+    survey.run(1, Work())
     fold = max((item for item in survey.events if item.kind == "fold"), key=lambda i: i.value)
     curve = follow(fold, "alpha", (0.378, 0.388), solve_for="V")
     assert curve.end_reasons == ("end of range", "end of range")

@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorListND
-from stickslip.analysis.attractors.in_space.fates import LEFT, NOWHERE, Grid, cells_of, fates
+from stickslip.analysis.attractors.in_space.fates import (
+    LEFT,
+    NOWHERE,
+    UNFOLLOWED,
+    Grid,
+    cells_of,
+    fates,
+)
 from stickslip.analysis.maps.protocol import orbits
+from stickslip.analysis.work import Work
 from stickslip.checks import MOST_VALUES, finite_number, one_each, shown, whole_number
 from stickslip.checks import grid as checked_values
 from stickslip.results.parts import part
@@ -69,6 +77,8 @@ class BasinsND(Result):
     mistaken, checked : int
         Of so many decided starts, followed ten times longer, so many came elsewhere.
     max_steps : int
+    unfollowed : int
+        Starts that an interrupt kept from being followed; they count as undecided.
 
     Notes
     -----
@@ -87,6 +97,7 @@ class BasinsND(Result):
     mistaken: int
     checked: int
     max_steps: int
+    unfollowed: int = 0
     _plot: ClassVar = "basins.draw_basins_nd"
 
     def share(self, attractor: int) -> Estimate:
@@ -147,6 +158,8 @@ class BasinsND(Result):
         shape = " x ".join(map(str, self.index.shape))
         rows = [f"BasinsND: {shape} starts; settled within {self.settling[1]} steps, half of them "]
         rows[0] += f"within {self.settling[0]}; {self.mistaken} of {self.checked} checked went on"
+        if self.unfollowed:
+            rows.append(f"  interrupted: {self.unfollowed} starts were not followed")
         names = [a._line() for a in self.attractors]
         for k, name in ((LEFT, "leave"), (NOWHERE, "undecided"), *enumerate(names)):
             value, error = self.share(k)
@@ -205,14 +218,18 @@ def find_basins(
     grid: Sequence[Any] | None,
     n_samples: int,
     max_steps: int,
+    work: Work | None = None,
 ) -> BasinsND:
     """Follow the points of a grid, or starts spread over the domain; see `stickslip.basins`."""
     made = Grid((), (), np.full(f.dimension, math.nan)) if grid is None else checked_grid(f, grid)
     x = f.spread(n_samples) if grid is None else made
     cells = cells_of(found)
-    fate, steps = fates(f, x, cells, max_steps)
+    work = Work() if work is None else work
+    fate, steps = fates(f, x, cells, max_steps, work)
+    unfollowed = fate == UNFOLLOWED
+    fate[unfollowed] = NOWHERE
     decided = np.flatnonzero(fate >= 0)
-    checked = decided[:: max(1, len(decided) // CHECKED)][:CHECKED]
+    checked = decided[:: max(1, len(decided) // CHECKED)][: 0 if work.interrupted else CHECKED]
     median = int(np.median(steps[checked])) if checked.size else 0
     later = orbits(f, x[checked], median + max(FEWEST, LONGER * median))[:, -1]
     again = fates(f, later, cells, max_steps)[0]
@@ -227,4 +244,5 @@ def find_basins(
         mistaken=int((again != fate[checked]).sum()),
         checked=len(checked),
         max_steps=max_steps,
+        unfollowed=int(unfollowed.sum()),
     )

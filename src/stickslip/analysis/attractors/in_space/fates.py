@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import reduced, sample, turns
+from stickslip.analysis.work import Work
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 HITS: Final = 10  # steps in a row in an attractor's cells: the orbit has come to it
 HALVINGS: Final = 16  # of the cells, until none holds points of two attractors
 CORNERS: Final = 6  # dimension up to which all corners about a point are marked
-NOWHERE, LEFT = -1, -2
+NOWHERE, LEFT, UNFOLLOWED = -1, -2, -3
 BELOW: Final = 1.0 - 1e-12  # the end of a period belongs to its last cell
 MOST_CELLS: Final = 1 << 24  # of an array that holds all
 MOST_FOLLOWED: Final = 2**31 - 1  # steps of a start
@@ -147,19 +148,21 @@ class Grid:
 
 
 def fates(
-    f: MapND, x: Floats | Grid, cells: Cells | None, max_steps: int
+    f: MapND, x: Floats | Grid, cells: Cells | None, max_steps: int, work: Work | None = None
 ) -> tuple[Labels, NDArray[np.int32]]:
     """Return the label of the attractor that each point (m, n) comes to, and after how many steps.
 
-    -2 for a point that leaves, -1 for one that did neither within `max_steps`.
+    -2 for a point that leaves, -1 for one that did neither within `max_steps`, -3 if interrupted.
     """
+    work = Work() if work is None else work
     offered = getattr(f, "kernels", None)
     compiled: Any = None if offered is None else offered(TYPICAL, TYPICAL * len(x) * f.dimension)
     labels = None if compiled is None or cells is None else cells.table()
-    fate, steps = np.empty(len(x), dtype=np.int16), np.empty(len(x), dtype=np.int32)
+    fate, steps = np.full(len(x), UNFOLLOWED, dtype=np.int16), np.zeros(len(x), dtype=np.int32)
     if labels is None or cells is None:
         points = x.rows(0, len(x) // x.inner) if isinstance(x, Grid) else x
-        _fates_by_steps(f, points, cells, max_steps, fate, steps)
+        with work.until_interrupted():
+            _fates_by_steps(f, points, cells, max_steps, fate, steps, work)
         return fate, steps
     from stickslip.numerics.targets import available_threads, launch  # numba is there by now
 
@@ -167,7 +170,7 @@ def fates(
     table = (cells.box, cells.per_cell, cells.counts, labels)
 
     inner = x.inner if isinstance(x, Grid) else 1
-    many = max(1, TILE // inner)
+    many, count = max(1, TILE // inner), work.steps(len(x))
 
     def task(start: int, stop: int) -> None:
         for first in range(start, stop, many):  # so few stay in the processor's cache
@@ -176,8 +179,10 @@ def fates(
             part = slice(first * inner, last * inner)
             limits = (HITS, max_steps, fate[part], steps[part])
             compiled.fates(np.ascontiguousarray(rows), parameters, box, *table, *limits)
+            count(len(rows))
 
-    launch(task, len(x) // inner, available_threads(), many)
+    with work.until_interrupted():
+        launch(task, len(x) // inner, available_threads(), many)
     return fate, steps
 
 
@@ -188,8 +193,8 @@ def _fates_by_steps(
     max_steps: int,
     fate: Labels,
     steps: NDArray[np.int32],
+    work: Work,
 ) -> None:
-    fate[:], steps[:] = NOWHERE, max_steps
     last, run = np.full(len(x), NOWHERE), np.zeros(len(x), dtype=np.int64)
     active = np.arange(len(x))
     for k in range(max_steps + 1):
@@ -203,7 +208,9 @@ def _fates_by_steps(
         active, x, run, last = active[~done], x[~done], run[~done], last[~done]
         if not active.size or k == max_steps:
             break
+        work.tell(max(1 - len(active) / len(fate), k / max_steps))
         x = sample_values(f, x)
+    fate[active], steps[active] = NOWHERE, max_steps
 
 
 def sample_values(f: Any, x: Floats) -> Floats:

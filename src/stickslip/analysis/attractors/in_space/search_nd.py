@@ -22,6 +22,7 @@ from stickslip.analysis.orbits.orbits_nd import (
     make_orbit,
     same_orbit,
 )
+from stickslip.analysis.work import Work
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,6 +40,7 @@ MEETS: Final = 0.5  # ... close to those of another orbit: both are on one set
 CLOSE: Final = 1e-3  # of the widths: an orbit that repeats so well may be on a cycle
 KEPT: Final = 4096  # points of an attractor
 SURE: Final = 5.0  # standard errors by which a positive exponent exceeds zero
+UNFOLLOWED, LEFT = -1, -2  # fates of starts, beside the number of a set
 NEUTRAL: Final = 20.0  # growth of a tangent, logarithm, over an orbit that does not stretch
 
 
@@ -131,7 +133,7 @@ class Search:
     # ------------------------------------------------------------------ other sets
 
     def settle(self, path: Floats) -> int:
-        """Find what one orbit (k, n) ends on, followed further until it recurs; -1: it leaves."""
+        """Find what one orbit (k, n) ends on, followed further until it recurs, or leaves."""
         tail = path[-len(path) // 2 :]
         steps, n = SETTLING, LONG
         while True:
@@ -141,7 +143,7 @@ class Search:
             path = orbits(self.f, path[-1:], n)[0]
             steps += n
             if not np.isfinite(path[-1]).all():
-                return -1
+                return LEFT
             if (k := self.add_cycles(path[None])[0]) >= 0:
                 break
             made = self.recurring(path)
@@ -207,30 +209,36 @@ def search_attractors(
     max_period: int,
     max_steps: int,
     features: Callable[[Floats], Any] | None,
+    work: Work | None = None,
 ) -> AttractorListND:
     """Find what starts settle on, as `stickslip.attractors` describes it."""
     search = Search(f, widths, max_period, max_steps)
-    ends = orbits(f, starts, SETTLING)[:, -1]
-    paths = orbits(f, ends, SETTLING)
-    there = np.flatnonzero(np.isfinite(paths[:, -1]).all(axis=1))
-    fate = np.full(len(starts), -1)
-    if features is None:
-        if there.size:
-            fate[there] = search.add_cycles(paths[there])
-        for i in there[fate[there] < 0]:
-            fate[i] = search.settle(paths[i])
-    elif there.size:
-        fate[there] = _grouped(search, paths[there], features)
+    work, fate = Work() if work is None else work, np.full(len(starts), UNFOLLOWED)
+    with work.until_interrupted():
+        ends = orbits(f, starts, SETTLING)[:, -1]
+        paths = orbits(f, ends, SETTLING)
+        there = np.flatnonzero(np.isfinite(paths[:, -1]).all(axis=1))
+        fate[np.setdiff1d(np.arange(len(starts)), there)] = LEFT
+        if features is None:
+            if there.size:
+                fate[there] = search.add_cycles(paths[there])
+            for i in there[fate[there] == UNFOLLOWED]:
+                work.tell(float((fate != UNFOLLOWED).mean()))
+                fate[i] = search.settle(paths[i])
+        elif there.size:
+            fate[there] = _grouped(search, paths[there], features)
+        work.tell(1.0)
     for k, known in enumerate(search.sets):
         known.starts = int((fate == k).sum())
     listed = [search.attractor(known, len(starts)) for known in search.sets]
     return AttractorListND(
         attractors=tuple(sorted(listed, key=lambda a: -a.basin_share)),
-        left=float((fate == -1).mean()),
+        left=float((fate == LEFT).mean()),
         n_starts=len(starts),
         resolution=max([RESOLUTION, *(known.reach for known in search.sets)]),
         widths=widths,
         settled=search.settled,
+        unfollowed=int((fate == UNFOLLOWED).sum()),
         system=f,
     )
 

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from heapq import heappop, heappush
 from itertools import chain, islice, pairwise
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -35,15 +34,12 @@ from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.threads import in_threads
+from stickslip.analysis.work import in_threads
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
-    from stickslip.analysis.maps.protocol import Map1D, MapValues
 
 
 BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
@@ -137,37 +133,6 @@ def crises(
     search.at_end(grid[0], grid[0].value - grid[1].value)
     search.at_end(grid[-1], grid[-1].value - grid[-2].value)
     return sorted(search.events, key=lambda event: event.value)
-
-
-class RememberingMap:
-    """A map of the line whose values are kept, for a short while: nothing is ever dropped."""
-
-    def __init__(self, f: Map1D) -> None:
-        self.f = f
-        self._known: dict[tuple[bytes, tuple[int, ...]], MapValues] = {}
-
-    @cached_property
-    def domain(self) -> tuple[float, float]:
-        """Domain of the map."""
-        return self.f.domain
-
-    @cached_property
-    def whole(self) -> RememberingMap:
-        """Of a window of a map, the whole map, which remembers too."""
-        whole = getattr(self.f, "whole", self.f)
-        return self if whole is self.f else RememberingMap(whole)
-
-    def evaluate(self, x: ArrayLike, /) -> MapValues:
-        """Return what the map says at points, from memory if these very points were asked for."""
-        points = np.asarray(x, dtype=np.float64)
-        key = points.tobytes(), points.shape
-        if key not in self._known:
-            self._known[key] = self.f.evaluate(points)
-        return self._known[key]
-
-    def __getattr__(self, name: str) -> Any:
-        """Return what else the map offers."""
-        return getattr(self.f, name)
 
 
 @dataclass(frozen=True)
@@ -296,13 +261,13 @@ class _Search:
         start, stop = change.start, change.stop
         width = stop.value - start.value
         try:
-            f, beside = map(RememberingMap, (start.f, self.at(start.value + GLANCE * width)))
+            beside = self.at(start.value + GLANCE * width)
         except ValueError:
             return []  # the family ends there
         found = []
         for item in self._meetings(change.attractor, start):
             try:
-                here = item.condition.at(f)
+                here = item.condition.at(start.f)
                 there = here.condition.at(beside)
             except ConditionLost:
                 continue

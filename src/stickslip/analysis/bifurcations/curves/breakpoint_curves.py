@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import CurveEnd
     from stickslip.analysis.continuation.follower import Half
     from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.work import Work
 
 CONTROL: Final = StepControl(first=1 / 64, smallest=1e-10, largest=1 / 16)  # of the range
 BENT: Final = 2e-3  # of the breakpoint's whole way: larger misses of a prediction halve a step
@@ -75,6 +76,8 @@ def follow_breakpoint(
     system: MapFamily,
     name: str,
     range: tuple[float, float],
+    *,
+    work: Work | None = None,
 ) -> Curve:
     """Follow a breakpoint of a map along one parameter; see `stickslip.follow`."""
     checked_parameter(system, name)
@@ -86,7 +89,7 @@ def follow_breakpoint(
     except ConditionLost as lost:
         raise ValueError(f"{name} = {start:.12g}: {lost}. Take a breakpoint of this map.") from lost
     follower = _BreakFollower(system, name, low, high)
-    return follower.follow(follower.point(start, here, 1.0))
+    return follower.follow(follower.point(start, here, 1.0), work)
 
 
 class _BreakFollower(Follower):

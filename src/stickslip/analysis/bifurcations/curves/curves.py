@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
     from stickslip.analysis.continuation.follower import Half
     from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.work import Work
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
 
@@ -111,7 +112,13 @@ def other_parameter(curve: Curve, name: str) -> str:
 
 
 def follow_bifurcation(
-    item: Any, system: MapFamily, name: str, range: tuple[float, float], *, solve_for: str
+    item: Any,
+    system: MapFamily,
+    name: str,
+    range: tuple[float, float],
+    *,
+    solve_for: str,
+    work: Work | None = None,
 ) -> Curve:
     """Follow a bifurcation in the plane of two parameters; see `stickslip.follow`."""
     plane, q, s = checked_plane(item, system, name, range, solve_for)
@@ -132,7 +139,7 @@ def follow_bifurcation(
     follower.column = 0
     if len(first.note.multipliers) > 1 and getattr(item.condition, "side", -1) > 0:
         follower.column = -1
-    return follower.follow(first)
+    return follower.follow(first, work)
 
 
 def checked_plane(

@@ -21,6 +21,7 @@ from stickslip.analysis.bifurcations.outcome import Outcome
 from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.protocol import apart, reduced
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
+from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
 
 if TYPE_CHECKING:
@@ -70,23 +71,33 @@ class OrbitSurvey:
         """Return the map at a value of the parameter."""
         return self.f.replace(**{self.name: float(q)})
 
-    def run(self, n_lists: int, tell: Callable[[float], None], *, partial: bool) -> None:
+    def run(self, n_lists: int, work: Work) -> None:
         """Make the lists, follow what they hold and what flips lead to, gather the events."""
         # Values inside the range: at its ends an orbit may be just about to be born.
-        for k, q in enumerate(self.lo + self.width * (np.arange(n_lists) + 0.5) / n_lists):
-            task = functools.partial(self._list, float(q))
-            attempted(task, "a list of orbits", q, q, self.unresolved, partial=partial)
-            tell((k + 1) / n_lists)
-        for curve in self.curves:  # grows while events lead to more
-            for item in curve.bifurcations:
-                if item.kind == "flip" and 2 * len(item.points) <= self.max_period:
-                    self._branches_off(item, double=True)
-            for end in curve.ends:
-                if end.reason == "breakpoint":
-                    self._branches_off(end, double=False)
-                    if len(end.points) <= self.max_period:
-                        self._branches_off(end, double=True)
+        reached = self.lo
+        with work.until_interrupted():
+            for k, q in enumerate(self.lo + self.width * (np.arange(n_lists) + 0.5) / n_lists):
+                task = functools.partial(self._list, float(q))
+                attempted(task, "a list of orbits", q, q, self.unresolved)
+                work.tell((k + 1) / n_lists)
+                reached = float(q)
+            for curve in self.curves:  # grows while events lead to more
+                self._branch_off(curve)
+        if work.interrupted:
+            reason = "interrupted: lists of orbits left out, and what branches off curves"
+            self.unresolved.append(UnresolvedChange(reason, reached, self.hi))
         self._gather()
+
+    def _branch_off(self, curve: Curve) -> None:
+        """Follow what begins at the events and ends of a curve."""
+        for item in curve.bifurcations:
+            if item.kind == "flip" and 2 * len(item.points) <= self.max_period:
+                self._branches_off(item, double=True)
+        for end in curve.ends:
+            if end.reason == "breakpoint":
+                self._branches_off(end, double=False)
+                if len(end.points) <= self.max_period:
+                    self._branches_off(end, double=True)
 
     def _list(self, q: float) -> None:
         for orbit in search_orbits(self.at(q), self.max_period, None, self.n_starts):
@@ -294,21 +305,27 @@ def bifurcations_nd(
     *,
     n_lists: int | None = None,
     n_starts: int | None = None,
-    tell: Callable[[float], None],
-    partial: bool,
+    work: Work,
 ) -> BifurcationList:
     """Find bifurcations of a map of R^n; see `stickslip.bifurcations`."""
     lists = whole_number("n_lists", N_LISTS if n_lists is None else n_lists, at_most=MOST_KEPT)
     starts = whole_number("n_starts", N_STARTS if n_starts is None else n_starts, at_most=MOST_KEPT)
     survey = OrbitSurvey(f, name, *ends, max_period, starts)
-    survey.run(lists, lambda share: tell(0.5 * share), partial=partial)
+    survey.run(lists, work.part(0.0, 0.5))
     looks = _Looks(survey)
-    looks.at(np.linspace(*ends, lists))
-    tell(0.7)
-    items = [looks.beside(item) for item in survey.events]
-    tell(0.8)
-    changes, unresolved, outside = looks.changes()
-    tell(1.0)
+    items, changes = survey.events, list[Bifurcation]()
+    unresolved = outside = list[UnresolvedChange]()
+    with work.until_interrupted():
+        if work.interrupted:
+            raise KeyboardInterrupt
+        looks.at(np.linspace(*ends, lists))
+        work.tell(0.7)
+        items = [looks.beside(item) for item in survey.events]
+        work.tell(0.8)
+        changes, unresolved, outside = looks.changes()
+        work.tell(1.0)
+    if work.interrupted:
+        unresolved = [UnresolvedChange("interrupted: attractors left out", *ends)]
     return BifurcationList(
         bifurcations=tuple(sorted([*items, *changes], key=lambda item: item.value)),
         parameter=name,

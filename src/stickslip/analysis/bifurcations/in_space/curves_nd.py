@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.follower import Half, Test
     from stickslip.analysis.continuation.orbit_equations import Linearized
     from stickslip.analysis.maps.protocol import FamilyND, Floats, Labels
+    from stickslip.analysis.work import Work
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
@@ -430,7 +431,13 @@ class CriticalProblem(PlaneProblem):
 
 
 def follow_bifurcation_nd(
-    item: Bifurcation, system: FamilyND, name: str, range: tuple[float, float], *, solve_for: str
+    item: Bifurcation,
+    system: FamilyND,
+    name: str,
+    range: tuple[float, float],
+    *,
+    solve_for: str,
+    work: Work | None = None,
 ) -> Curve:
     """Follow a bifurcation of an orbit in R^n; see `stickslip.follow`."""
     plane, q, s = checked_plane(item, system, name, range, solve_for)
@@ -451,4 +458,4 @@ def follow_bifurcation_nd(
     follower = CriticalFollower(item.kind, plane, *range, CONTROL)
     first = follower.start(points, labels, angle, q, s)
     follower.restart(first)
-    return follower.follow(first)
+    return follower.follow(first, work)

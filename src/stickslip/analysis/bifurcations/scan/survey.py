@@ -27,10 +27,10 @@ from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, jo
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.threads import in_threads
+from stickslip.analysis.work import Work, in_threads
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
 SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
@@ -77,13 +77,10 @@ class Survey:
         lo: float,
         hi: float,
         max_period: int,
-        progress: Callable[[float], None] | None = None,
-        *,
-        partial: bool = False,
+        work: Work | None = None,
     ) -> None:
         self.family, self.lo, self.hi, self.max_period = family, lo, hi, max_period
-        self.progress, self.partial = progress, partial
-        self.interrupted = False
+        self.work = Work() if work is None else work
         self.width = domain_width(family.at(lo))
         self.classes = SymbolClasses()
         self.spans: list[Span] = []
@@ -102,7 +99,7 @@ class Survey:
         """Explain all changes; Ctrl-C leaves out the rest where a ``partial`` answer is wanted."""
         kept: list[Node] = []
         known = self._known_so_far()
-        try:
+        with self.work.until_interrupted():
             self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_lists))
             self._look_for_hidden()
             kept.append(self.grid_nodes[0])
@@ -119,12 +116,8 @@ class Survey:
                     continue
                 kept.append(right)
                 known = self._known_so_far()
-                if self.progress is not None:
-                    self.progress((right.q - self.lo) / self.scale)
-        except KeyboardInterrupt:
-            if not self.partial:
-                raise
-            self.interrupted = True
+                self.work.tell((right.q - self.lo) / self.scale)
+        if self.work.interrupted:
             self._go_back(known)
             reached = kept[-1].q if kept else self.lo
             self.unresolved.append(UnresolvedChange("interrupted: not looked at", reached, self.hi))

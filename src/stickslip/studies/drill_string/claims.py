@@ -1,0 +1,148 @@
+"""Where a drill string begins to stick and slip, and where it stops, computed and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+import numpy as np
+
+from stickslip.mechanics.flow.trajectory import simulate
+from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.drill_string.string import (
+    BELOW,
+    DRIVE,
+    LONG,
+    MODEL,
+    computed_hopf,
+    drive_of,
+    hopf,
+    rotation,
+    smooth_motions,
+    stick_end,
+    stick_slip,
+    turning,
+)
+
+NOT_READ: Final = "sources not read; model as commonly quoted, parameters chosen here"
+HERE: Final = "computed here; docs/studies/drill_string.md"
+CLOSE: Final = 1e-12  # relative
+MET: Final = 1e-9  # relative, of the ends of two branches found in two ways
+BETWEEN: Final = 30.0  # a drive at which rotation and stick-slip both attract
+
+
+def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
+    """Check the claims that belong to some figures, by figure."""
+    return claims_by_figure({1: _branches, 2: _both, 3: _smooth}, figures)
+
+
+def _branches() -> Iterator[Claim]:
+    drive, speed, frequency = hopf()
+    found = computed_hopf()
+    errors = [
+        abs(found.value / drive - 1.0),
+        abs(np.abs(found.multipliers.imag).max() / frequency - 1.0),
+        abs(drive_of(float(rotation(BETWEEN).w[0])) / BETWEEN - 1.0),
+    ]
+    yield claim(
+        "drill_string.hopf",
+        1,
+        NOT_READ,
+        "Steady rotation loses its stability as the drive is turned down",
+        Finding(
+            "drive and frequency are those of Routh's test of a 3 by 3 matrix",
+            f"they differ by {max(errors):.0e} of themselves at most",
+            found.kind == "hopf" and max(errors) <= CLOSE,
+        ),
+        values=(
+            Value("drive at the Hopf point", found.value, 1e-13, 1, "follow"),
+            Value("speed at the Hopf point", speed, 1e-14, 1, "Routh's test"),
+        ),
+        mechanism="the falling law takes out the damping that the motor's side puts in",
+    )
+    cycles, end, curve = turning(), stick_end(), stick_slip()
+    (last, touch) = cycles[-2:]
+    s = [each.state[2] for each in (last, touch)]
+    limit = touch.drive + (touch.drive - last.drive) * s[1] / (s[0] - s[1])
+    largest = max(float(each.multipliers[0]) for each in cycles)
+    yield claim(
+        "drill_string.hysteresis",
+        1,
+        NOT_READ,
+        "Stick-slip goes on far above the drive at which rotation became stable",
+        Finding(
+            "the cycle attracts from the slowest drive followed up to a drive of its own",
+            f"from {curve.values.min():g} to {end.value:.9f}, {end.value / drive:.3f} times that "
+            "of the Hopf point",
+            bool(curve.stable.all()) and end.value > 1.2 * drive,
+        ),
+        Finding(
+            "there its stick has no length, and it meets an unstable cycle that never sticks",
+            f"the two branches end {abs(limit / end.value - 1.0):.0e} of the drive apart",
+            abs(limit / end.value - 1.0) <= MET,
+        ),
+        Finding(
+            "unstable cycles lead from there back to the Hopf point",
+            f"{len(cycles)} of them, drives from {touch.drive:.6f} to {cycles[0].drive:.6f}, "
+            f"multipliers from {cycles[0].multipliers[0]:.6f} to {largest:.4f}",
+            all(each.multipliers[0] > 1.0 for each in cycles)
+            and bool(np.all(np.diff([each.drive for each in cycles]) > 0.0)),
+        ),
+        Finding(
+            "no multiplier tells beforehand that stick-slip will end",
+            f"it is {np.abs(curve.multipliers).max():.1e} at most along the branch",
+            bool(np.abs(curve.multipliers).max() < 1e-2),
+        ),
+        values=(Value("drive where stick-slip ends", end.value, 1e-8, 1, "edge of the map"),),
+        mechanism="the stick has no length any more: a discontinuous fold",
+    )
+
+
+def _both() -> Iterator[Claim]:
+    model = MODEL.replace(**{DRIVE: BETWEEN})
+    border = min(turning(), key=lambda each: abs(each.drive - BETWEEN)).state[2]
+    steady = rotation(BETWEEN).x
+    runs = [
+        simulate(model, steady - [0.0, 0.0, f * (steady[2] - border)], [], t_end=LONG)
+        for f in (0.5, 2.0)
+    ]
+    sticks = [run.events[-1].time > 0.9 * LONG if run.events else False for run in runs]
+    yield claim(
+        "drill_string.both",
+        2,
+        HERE,
+        "In between a jolt decides whether the string turns or sticks and slips",
+        Finding(
+            "one that brings the lower disc halfway to the unstable cycle's slowest speed dies "
+            "out, one twice as far as that speed does not",
+            f"at drive {BETWEEN:g}, sticks in the end: {', '.join(map(str, sticks))}",
+            sticks == [False, True],
+        ),
+    )
+
+
+def _smooth() -> Iterator[Claim]:
+    exact, runs = smooth_motions()
+    period = turning()[-1].period
+    told = "; ".join(
+        f"width {run.width:g}: range of speed {run.swing:.2g}, "
+        f"{run.motion.evaluations * period / LONG:.0f} evaluations a period"
+        for run in runs
+    )
+    yield claim(
+        "drill_string.smooth",
+        3,
+        HERE,
+        "Friction made smooth ends stick-slip too early",
+        Finding(
+            f"at {BELOW:g} of the drive at which it ends, from the exact cycle, smooth laws as "
+            "narrow as 1 % of the speed of rotation come to rotate steadily",
+            f"exact range {exact:.4f}, 2 events a period; {told}",
+            all(run.swing < 1e-6 * exact for run in runs[:3]),
+        ),
+        Finding(
+            "one five times narrower sticks and slips",
+            f"its range of speed differs by {abs(runs[-1].swing / exact - 1.0):.1%}",
+            abs(runs[-1].swing / exact - 1.0) < 0.02,
+        ),
+    )
