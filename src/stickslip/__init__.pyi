@@ -27,6 +27,7 @@ from .identification.data import ForcePoints as ForcePoints
 from .identification.data import MapPoints as MapPoints
 from .identification.data import Record as Record
 from .identification.fit import fit as fit
+from .identification.tables import read_measurements as read_measurements
 from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.limit_cycles import limit_cycles as limit_cycles
 from .mechanics.cycle.return_map import return_map as return_map

@@ -217,6 +217,19 @@ def model_file() -> Path:
     return path
 
 
+def points_file() -> Path:
+    """Return a file of measurements."""
+    path = fresh("points.csv")
+    path.write_text("speed,force\n0.1,0.7\n0.2,0.6\n0.3,0.5\n", encoding="utf-8")
+    return path
+
+
+def force_fit() -> Any:
+    """Return a fit of a law."""
+    points = ss.ForcePoints([0.1, 0.2, 0.3], [0.7, 0.6, 0.5])
+    return ss.fit(oscillator(), points, ["gamma"], max_evaluations=5)
+
+
 def sweep(
     system: Any,
     axes: Any,
@@ -460,6 +473,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "open_sweep": {"store": store},
     "periodic_orbits": {"f": logistic, "max_period": 2},
     "quasistatic_map": {"model": coulomb, "threads": 1},
+    "read_measurements": {"path": points_file},
     "read_model": {"path": model_file},
     "return_region": {
         "model": coulomb,
@@ -603,6 +617,13 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     "Trajectory": (
         trajectory,
         {**AT_TIME, "table": {"t": [1.0], "energy": False}, "derivative": {"names": "mu"}},
+    ),
+    "Fit": (
+        force_fit,
+        {
+            "predict": {"quantity": lambda: lambda model: model.friction.gamma},
+            "profile": {"name": "gamma", "values": [2.9, 3.1]},
+        },
     ),
     "Sensitivity": (
         lambda: trajectory().derivative("mu", "d"),

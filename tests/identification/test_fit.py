@@ -205,21 +205,63 @@ def test_bad_data_are_refused_by_name(told: str, make) -> None:  # type: ignore[
 def test_data_that_do_not_belong_to_the_model_are_refused() -> None:
     good = record(BLOCK, x=[0.0], v=[0.0])
     two = ss.examples.coulomb()
+    speeds = np.array([0.01, 0.1, 1.0])
     cases = [
         (two, good, ["mu"], "not measured"),
         (BLOCK, ss.Record(T, good.x, blocks=(2,)), ["mu"], "block 2 is not one"),
         (BLOCK, ss.MapPoints([0.1], [0.2]), ["mu"], "two blocks"),
-        (BLOCK, ss.Record(T, 1000.0 * np.asarray(good.x)), ["mu"], "x reaches .* same units"),
-        (BLOCK, ss.Record(1000.0 * T, good.x), ["mu"], "times in the units"),
-        (BLOCK, ss.ForcePoints([0.1], [500.0]), ["mu"], "over the static limit"),
         (BLOCK, good, ["sped"], "Did you mean 'speed'"),
         (BLOCK, good, [], "each once"),
         (BLOCK, [], ["mu"], "data = "),
-        (BLOCK, ss.ForcePoints([0.1], [0.5]), ["mu", "speed"], "cannot tell 2 unknowns"),
-    ]
+        (BLOCK, ss.ForcePoints([0.1], [0.5]), ["mu", "speed"], "1 data cannot tell 2 unknowns"),
+        (BLOCK, ss.Record(T[:5], np.asarray(good.x)[:5]), ["mu", "speed", "damping"],
+         "5 data cannot tell 5 unknowns"),
+        (BLOCK, ss.ForcePoints(speeds, 1000.0 * BLOCK.friction.force(speeds)), ["mu"], "forces"),
+        (BLOCK, ss.ForcePoints(1000.0 * speeds, speeds), ["mu"], "speeds reach 1000, .* are some"),
+        (BLOCK, ss.ForcePoints(1e-3 * speeds, 1.0 - 0.1 * speeds), ["mu"], "speeds reach 0.001"),
+    ]  # fmt: skip
     for model, data, names, told in cases:
         with pytest.raises(ValueError, match=told):
             ss.fit(model, data, names)
+
+
+@pytest.mark.parametrize("factor", [1000.0, 0.001])
+def test_units_that_are_wrong_by_a_thousand_are_told(factor: float) -> None:
+    good = record(BLOCK, x=[0.0], v=[0.0])
+    x, v = np.asarray(good.x), ss.simulate(BLOCK, [0.0], [0.0], t_end=T[-1]).v(T)
+    long = np.linspace(0.0, 2000.0, 20000)  # a thousandth of it is one period
+    later = ss.simulate(BLOCK, [0.0], [0.0], t_end=long[-1]).x(long)
+    two = ss.examples.coulomb()
+    orbit = ss.event_map(two).iterate(0.1, 20)
+    motion = ss.simulate(two, d=0.1, t_end=200)
+    times = np.array([e.time for e in motion.events if e.block == 1 and e.kind == "stick"])
+    cases = [
+        (BLOCK, ss.Record(T, factor * x), "x reaches .* same units"),
+        (BLOCK, ss.Record(T, v=factor * v), "v reaches .* same units"),
+        (BLOCK, ss.Record(factor * T, x), "it lasts .* same units"),
+        (BLOCK, ss.Record(factor * long, later), "it lasts|an oscillation takes some"),
+        (two, ss.EventTimes(factor * times, d=0.1), "from one event to the next"),
+        (two, ss.MapPoints(factor * orbit[:-1], factor * orbit[1:]), "d reaches"),
+    ]
+    for model, data, told in cases:
+        with pytest.raises(ValueError, match=told):
+            ss.fit(model, data, ["mu"])
+    slow = ss.Oscillator(V=0.2 * factor, friction=BLOCK.friction, damping=0.1)
+    with pytest.raises(ValueError, match=r"x changes by|v reaches|x reaches"):
+        ss.fit(slow, ss.Record(T, x, v=factor * v), ["mu"])
+
+
+def test_physical_units_are_divided_out() -> None:
+    units = ss.Units(m=2.0, k=8.0, fs1=4.0)
+    good = record(BLOCK, x=[0.0], v=[0.0])
+    t, x = units.to_physical("time", good.t), units.to_physical("displacement", good.x)
+    physical = ss.Record(t, x, sigma=float(units.to_physical("displacement", good.sigma)))
+    back = physical.to_dimensionless(units)
+    np.testing.assert_allclose(back.t, good.t, rtol=1e-14)
+    np.testing.assert_allclose(back.x, good.x, rtol=1e-14)
+    assert back.sigma == pytest.approx(good.sigma, rel=1e-14)
+    points = ss.ForcePoints([0.5], [2.0]).to_dimensionless(units)
+    assert (points.speed[0], points.force[0]) == (0.5, 0.5)
 
 
 def test_a_fit_is_a_result() -> None:
@@ -232,3 +274,105 @@ def test_a_fit_is_a_result() -> None:
     np.testing.assert_allclose(np.diag(found.correlation), 1.0, rtol=1e-12)
     assert found.model.friction.mu == found.values[0]
     assert "mu" in repr(found)
+
+
+def test_an_error_is_carried_to_what_follows() -> None:
+    found = ss.fit(BLOCK.replace(mu=0.45), record(BLOCK, x=[0.0], v=[0.0]), ["mu", "speed"])
+    own = found.predict(lambda model: [model.friction.mu, model.friction.speed])
+    np.testing.assert_allclose(own.value, found.values, rtol=1e-15)
+    np.testing.assert_allclose(own.standard_error, found.standard_errors, rtol=1e-9)
+    assert (np.abs(own.curvature) < 1e-9 * own.standard_error).all()
+    threshold = found.predict(lambda model: ss.equilibria(model)[0].hopf_points[0].V)
+    true = ss.equilibria(BLOCK)[0].hopf_points[0].V
+    assert 0.0 < threshold.standard_error < 0.02 * threshold.value
+    assert abs(threshold.value - true) < 4.0 * threshold.standard_error
+    # F' = -c: V = speed log((1 - mu) / (c speed)), differentiated by hand.
+    mu, speed = found.values
+    slopes = np.array([-speed / (1 - mu), np.log((1 - mu) / (0.1 * speed)) - 1.0])
+    error = np.sqrt(slopes @ found.covariance @ slopes)
+    assert threshold.standard_error == pytest.approx(error, rel=1e-3)
+    with pytest.raises(ValueError, match="quantity = 3"):
+        found.predict(3)  # type: ignore[arg-type]
+
+
+def test_starts_are_states() -> None:
+    two = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
+    motion = ss.simulate(two, d=0.1, t_end=60)
+    x, sigma = noisy(motion.x(T))
+    found = ss.fit(two, ss.Record(T, x, sigma=sigma), ["mu"])
+    np.testing.assert_allclose(found.starts[0][:2], motion.x(0.0), rtol=0.02, atol=4 * sigma)
+    np.testing.assert_allclose(found.starts[0][2:], 0.1, rtol=0.01)  # both ride
+
+
+def test_a_profile_is_the_interval_where_linear_theory_holds() -> None:
+    s = np.linspace(0.01, 1.5, 40)
+    force, sigma = noisy(BLOCK.friction.force(s))
+    found = ss.fit(BLOCK, ss.ForcePoints(s, force, sigma=sigma), ["mu", "speed"])
+    profile = found.profile("mu")
+    np.testing.assert_allclose(profile.interval, found.intervals[0], rtol=1e-3)
+    np.testing.assert_allclose(profile.root[[0, -1]], [-3.0, 3.0], rtol=0.02)
+    assert (np.diff(profile.others[:, 1]) < 0.0).all() or (
+        np.diff(profile.others[:, 1]) > 0.0
+    ).all()
+    wide = ss.fit(BLOCK, record(BLOCK, x=[0.0], v=[0.0]), ["mu", "speed"])
+    np.testing.assert_allclose(
+        wide.profile("speed").interval,
+        wide.intervals[1],
+        atol=0.3 * wide.standard_errors[1],
+        rtol=0.0,
+    )
+
+
+def test_a_profile_tells_what_is_open_to_one_side() -> None:
+    s = np.linspace(2.0, 4.0, 9)  # beyond the fall of the law: its speed is at most something
+    points = ss.ForcePoints(s, BLOCK.friction.force(s), sigma=0.01)
+    found = ss.fit(BLOCK, points, ["mu", "speed"])
+    profile = found.profile("speed", [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2])
+    assert profile.interval[0] == -np.inf
+    assert 0.4 < profile.interval[1] < 1.2
+    for name, values, told in [
+        ("spam", None, "spam"),
+        ("speed", [-1.0], "values"),
+        ("mu", [], "values"),
+    ]:
+        with pytest.raises(ValueError, match=told):
+            found.profile(name, values)
+    robust = ss.fit(BLOCK, points, ["mu"], loss="huber")
+    with pytest.raises(ValueError, match="least squares"):
+        robust.profile("mu")
+
+
+@pytest.mark.parametrize("sigma", [None, 0.01])
+def test_a_model_that_does_not_tell_the_data_is_told(sigma: float | None) -> None:
+    noise = np.random.default_rng(3).normal(size=len(T))
+    found = ss.fit(BLOCK, ss.Record(T, noise, sigma=sigma), ["mu"])
+    assert not found.tells
+    assert "does not tell these data" in found.message
+
+
+@pytest.mark.parametrize(("mu", "alpha"), [(1.3, 0.75), (0.75, 1.3)])
+def test_many_starts_find_what_one_start_misses(mu: float, alpha: float) -> None:
+    model = ss.examples.coulomb()
+    d = np.linspace(-0.6, 0.6, 60)
+    values, sigma = noisy(ss.event_map(model)(d))
+    data = ss.MapPoints(d, values, sigma=sigma)
+    begun = model.replace(mu=0.22 * mu, alpha=1.2 * alpha)
+    assert not ss.fit(begun, data, ["mu", "alpha"]).tells  # a local minimum, and it says so
+    found = ss.fit(begun, data, ["mu", "alpha"], n_starts=64)
+    assert found.tells
+    assert inside(found, {"mu": 0.22, "alpha": 1.2})
+    bounds = {"mu": (0.1, 0.4), "alpha": (0.8, 1.6)}
+    again = ss.fit(begun, data, ["mu", "alpha"], n_starts=64, bounds=bounds)
+    np.testing.assert_allclose(again.values, found.values, rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_chaotic_motion_is_found_from_thirty_per_cent_off() -> None:
+    model = ss.examples.law9()
+    orbit = ss.event_map(model).iterate(0.38, 50)
+    values, sigma = noisy(orbit[1:])
+    data = ss.MapPoints(orbit[:-1], values, sigma=sigma)
+    begun = model.replace(gamma=0.7 * 3.0, alpha=0.7 * model.alpha)
+    found = ss.fit(begun, data, ["gamma", "alpha"], n_starts=256)
+    assert found.tells
+    assert inside(found, {"gamma": 3.0, "alpha": model.alpha})

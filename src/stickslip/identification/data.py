@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 
@@ -12,14 +13,39 @@ from stickslip.results.parts import part
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from stickslip.mechanics.model.units import Quantity, Units
     from stickslip.numerics.arrays import Floats
 
 KINDS = ("stick", "slip backward", "slip forward")
 FEWEST = 5  # points of a record: fewer tell no start and nothing else
 
 
-class _Checked:
-    """Storing checked values in a frozen dataclass; arrays are given in any form."""
+class _Measured:
+    """Checked values in a frozen dataclass, and what they are in other units."""
+
+    _quantities: ClassVar[Mapping[str, Quantity]]
+
+    def to_dimensionless(self, units: Units) -> Self:
+        """Divide measured values by the scales of a model's units.
+
+        Parameters
+        ----------
+        units : Units
+            In the units of the measurement; for `ForcePoints` `fs1` is the static limit of
+            their contact.
+
+        Returns
+        -------
+        Record, EventTimes, MapPoints or ForcePoints
+            The same in the units of the model.
+        """
+        known = {name: getattr(self, name) for name in self._quantities}
+        changed: dict[str, Any] = {
+            name: units.to_dimensionless(self._quantities[name], value)
+            for name, value in known.items()
+            if value is not None
+        }
+        return replace(self, **changed)  # type: ignore[type-var]
 
     def _store(self, **values: Any) -> None:
         for name, value in values.items():
@@ -29,7 +55,7 @@ class _Checked:
 @suggests
 @part
 @dataclass(frozen=True, eq=False)
-class Record(_Checked):
+class Record(_Measured):
     """Displacements or velocities of blocks, or both, at some times of one motion.
 
     Parameters
@@ -67,6 +93,11 @@ class Record(_Checked):
     v0: Any = None
     d: Any = None
     free_start: bool = False
+    _quantities: ClassVar[Mapping[str, Quantity]] = {
+        "t": "time",
+        **dict.fromkeys(("x", "x0", "d", "sigma"), "displacement"),
+        **dict.fromkeys(("v", "v0", "sigma_v"), "velocity"),
+    }
 
     def __post_init__(self) -> None:
         """Check every number."""
@@ -121,7 +152,7 @@ class Record(_Checked):
 @suggests
 @part
 @dataclass(frozen=True, eq=False)
-class EventTimes(_Checked):
+class EventTimes(_Measured):
     """Times at which a block takes a mode, counted from the start of the motion.
 
     Parameters
@@ -150,6 +181,11 @@ class EventTimes(_Checked):
     v0: Any = None
     d: Any = None
     free_start: bool = False
+    _quantities: ClassVar[Mapping[str, Quantity]] = {
+        **dict.fromkeys(("times", "sigma"), "time"),
+        **dict.fromkeys(("x0", "d"), "displacement"),
+        "v0": "velocity",
+    }
 
     def __post_init__(self) -> None:
         """Check every number."""
@@ -175,7 +211,7 @@ class EventTimes(_Checked):
 @suggests
 @part
 @dataclass(frozen=True, eq=False)
-class MapPoints(_Checked):
+class MapPoints(_Measured):
     """Points of an event map: differences in global stick phases, each with that in the next.
 
     Parameters
@@ -196,6 +232,9 @@ class MapPoints(_Checked):
     d: Any
     value: Any
     sigma: float | None = None
+    _quantities: ClassVar[Mapping[str, Quantity]] = dict.fromkeys(
+        ("d", "value", "sigma"), "displacement"
+    )
 
     def __post_init__(self) -> None:
         """Check every number."""
@@ -210,7 +249,7 @@ class MapPoints(_Checked):
 @suggests
 @part
 @dataclass(frozen=True, eq=False)
-class ForcePoints(_Checked):
+class ForcePoints(_Measured):
     """Kinetic friction against slip speed, measured on one contact.
 
     Parameters
@@ -237,6 +276,10 @@ class ForcePoints(_Checked):
     sigma: float | None = None
     block: int = 1
     forward: bool = False
+    _quantities: ClassVar[Mapping[str, Quantity]] = {
+        "speed": "velocity",
+        **dict.fromkeys(("force", "sigma"), "force"),
+    }
 
     def __post_init__(self) -> None:
         """Check every number."""

@@ -2,30 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stickslip.checks import (
+    MOST_KEPT,
     checked_interval,
     finite_number,
     flag,
+    grid,
     instance,
     one_of,
     shown,
     whole_number,
 )
+from stickslip.identification.belonging import check_belongs
 from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
+from stickslip.identification.errors import (
+    HELD,
+    POINTS,
+    REACH,
+    Prediction,
+    Profile,
+    crossings,
+    predict,
+)
 from stickslip.identification.terms import Answer, Term, natural_period, term_of
-from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.arguments import Model, checked_model, checked_parameter
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from stickslip.numerics.arrays import Floats
 
 Loss: TypeAlias = Literal["linear", "soft_l1", "huber", "cauchy"]
@@ -34,12 +47,15 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 SINGULAR = 1e-7
 # Share of a direction that is not determined, above which a parameter takes part in it.
 TAKES_PART = 1e-2
-# Ratio of sizes, of data and of motions, beyond which their units seem to differ.
-SUSPICIOUS = 300.0
 # From one approach to the next pieces become fewer by this factor.
 FEWER = 3
 # Standard error of links between pieces, of the scatter of the record: first, then at the end.
 LOOSE, TIGHT = 1e-2, 1e-4
+# Root mean square of residuals above which a model does not tell its data: in errors that were
+# given, or in hundredths of the scatter where none were.
+POOR, POOR_UNWEIGHED = 2.0, 30.0
+# Spread of starts about the model's parameters; of these the best are followed for some steps.
+ABOUT, KEPT, STEPS = 1.6, 6, 20
 # How much worse one motion may fit than its pieces did before it counts as lost.
 WORSE = 4.0
 
@@ -74,7 +90,8 @@ class Fit(Result):
         Factor of the errors that were given or assumed, as estimated from the residuals; 1 where
         all were given.
     starts : tuple of ndarray
-        States that the motions of each set of data start from, where these are estimated.
+        States (displacements, then velocities) that the motions of each set of data start from,
+        where these are estimated, piece after piece; or the differences in global stick.
     matched : tuple of str
         What of each set of data was compared.
     n_evaluations : int
@@ -82,6 +99,11 @@ class Fit(Result):
     data : tuple
     fitted : tuple of ndarray
         What the model gives for each set of data.
+    pieces : int
+        Of a record in the answer; more than 1 where one motion has lost the data.
+    bounds, priors : ndarray, shape (k, 2)
+        Ranges that were searched; mean and standard error, NaN without a prior.
+    loss : str
     """
 
     model: Model
@@ -103,6 +125,10 @@ class Fit(Result):
     converged: bool
     data: tuple[Any, ...]
     fitted: tuple[Floats, ...]
+    pieces: int
+    bounds: Floats
+    priors: Floats
+    loss: Loss
     _column_names: ClassVar = ("parameter", "value", "standard_error", "low", "high", "start")
     _plot: ClassVar = "identification.plot_fit"
 
@@ -112,6 +138,13 @@ class Fit(Result):
         told: list[str] = (
             [] if self.converged else ["the search has not converged: raise max_evaluations"]
         )
+        if not self.tells:
+            weighed = all(each.is_weighed for each in self.data)
+            size, unit = (1.0, "times their errors") if weighed else (0.01, "of their scatter")
+            told.append(
+                f"the model does not tell these data: residuals are some {self._size * size:.2g} "
+                f"{unit}. Look at units, at what is fixed, at where the search starts"
+            )
         missed = sum(int(np.sum(~np.isfinite(each))) for each in self.fitted)
         if missed:
             told.append(f"{missed} of {len(self.residuals)} data are not met by the model")
@@ -121,6 +154,16 @@ class Fit(Result):
         if self.at_bound:
             told.append(f"{', '.join(self.at_bound)} at a bound: the errors mean little there")
         return "; ".join(told) or "converged"
+
+    @property
+    def tells(self) -> bool:
+        """Whether residuals are of the size of errors that were given, or small beside the data."""
+        weighed = all(each.is_weighed for each in self.data)
+        return self._size < (POOR if weighed else POOR_UNWEIGHED)
+
+    @property
+    def _size(self) -> float:
+        return float(np.sqrt(self.chi2 / self.n_free))
 
     @property
     def correlation(self) -> Floats:
@@ -135,6 +178,112 @@ class Fit(Result):
         n = len(self.residuals)
         misfit = self.chi2 if self.scale == 1.0 else n * float(np.log(self.chi2 / n))
         return misfit + 2.0 * (n - self.n_free)
+
+    def predict(self, quantity: Callable[[Model], Any]) -> Prediction:
+        """Carry the errors of the estimates to a quantity of the model.
+
+        Parameters
+        ----------
+        quantity : callable
+            Takes a model, returns a float or an array of one shape, such as
+            ``lambda model: ss.equilibria(model)[0].hopf_points[0].V``.
+
+        Returns
+        -------
+        Prediction
+            `value`, `standard_error` and `curvature`, by differences over one standard error along
+            each axis of the covariance.
+
+        Raises
+        ------
+        ValueError
+            The data cannot tell a parameter, or a model that far from the estimates is illegal.
+        """
+        if not callable(quantity):
+            raise ValueError(f"quantity = {shown(quantity)}: a function of a model is needed")
+        if self.undetermined:
+            raise ValueError(f"the data cannot tell {', '.join(self.undetermined)}: no error of it")
+        return predict(self, quantity)
+
+    def profile(self, name: str, values: ArrayLike | None = None) -> Profile:
+        """Fit all other unknowns for each value of one parameter (profile likelihood).
+
+        Parameters
+        ----------
+        name : str
+            Among `parameters`.
+        values : array_like of float, shape (n,), optional
+            Values to go through; nine within three standard errors if not given.
+
+        Returns
+        -------
+        Profile
+
+        Raises
+        ------
+        ValueError
+            An unknown name; no values where the data cannot tell the parameter; a value that is
+            outside the bounds; a fit whose `loss` is not "linear".
+        """
+        if self.loss != "linear":
+            raise ValueError(f"loss = {self.loss!r}: only least squares have a profile")
+        k = self.parameters.index(one_of("name", name, self.parameters))
+        best, error = float(self.values[k]), float(self.standard_errors[k])
+        if values is None:
+            if not np.isfinite(error):
+                raise ValueError(f"the data cannot tell {name}: give the values to go through")
+            low, high = np.clip(best + REACH * error * np.array([-1.0, 1.0]), *self.bounds[k])
+            values = np.linspace(low, high, POINTS)
+        held = np.sort(grid("values", values))
+        if held[0] < self.bounds[k, 0] or held[-1] > self.bounds[k, 1]:
+            raise ValueError(f"values: {name} is in [{self.bounds[k, 0]}, {self.bounds[k, 1]}]")
+        exact = HELD * (error if np.isfinite(error) else np.ptp(held) or abs(best) or 1.0)
+        chi2, others = np.zeros(len(held)), np.zeros((len(held), len(self.parameters)))
+        for side in (np.flatnonzero(held >= best), np.flatnonzero(held < best)[::-1]):
+            now = self
+            for at in side:
+                now = now._held(k, float(held[at]), exact)
+                chi2[at], others[at] = now.chi2 + self._misfit(now.values), now.values
+        rise = np.maximum(chi2 - self.chi2 - self._misfit(self.values), 0.0)
+        root = np.sign(held - best) * np.sqrt(rise) / self.scale
+        return Profile(name, held, others, root, crossings(held, root, best, self._reach))
+
+    def _held(self, k: int, value: float, error: float) -> Fit:
+        """Fit again from here, with a parameter that is all but known."""
+        known = dict(zip(self.parameters, self.priors, strict=True))
+        priors = {name: tuple(pair) for name, pair in known.items() if np.isfinite(pair[0])}
+        bounds = dict(zip(self.parameters, self.bounds, strict=True))
+        name = self.parameters[k]
+        again = fit(
+            self.model.replace(**{name: value}),
+            [self._started(*each) for each in zip(self.data, self.starts, strict=True)],
+            self.parameters,
+            bounds={name: tuple(ends) for name, ends in bounds.items() if np.isfinite(ends).all()},
+            priors={**priors, name: (value, error)},
+            pieces=self.pieces,
+            check_units=False,
+        )
+        return replace(again, bounds=self.bounds, priors=self.priors)
+
+    def _started(self, data: Data, start: Floats) -> Data:
+        """Give data the start that was estimated, as a guess."""
+        if not len(start) or not isinstance(data, Record | EventTimes) or self.pieces > 1:
+            return data
+        if data.d is not None:
+            return replace(data, d=start)
+        n = len(self.model.plant.mass)
+        return replace(data, x0=start[:n], v0=start[n:], free_start=True)
+
+    def _misfit(self, values: Floats) -> float:
+        """Sum of squares of what was known besides."""
+        return float(np.nansum(((values - self.priors[:, 0]) / self.priors[:, 1]) ** 2))
+
+    @property
+    def _reach(self) -> float:
+        """Standard errors on either side of 95 per cent."""
+        from scipy.stats import t as student  # loads linear algebra
+
+        return float(student.ppf(0.975, self.n_free))
 
     def __repr__(self) -> str:
         """Headline, estimates, data."""
@@ -164,6 +313,7 @@ def fit(
     priors: Mapping[str, tuple[float, float]] | None = None,
     pieces: int | None = None,
     loss: Loss = "linear",
+    n_starts: int = 1,
     max_evaluations: int = 200,
     check_units: bool = True,
 ) -> Fit:
@@ -189,6 +339,11 @@ def fit(
         for the first approach only, and then is one motion, unless that loses the data.
     loss : {"linear", "soft_l1", "huber", "cauchy"}
         "linear" is least squares; the others feel outliers less (`scipy.optimize.least_squares`).
+    n_starts : int
+        Look at so many values of the parameters first, the model's and others spread over the
+        bounds (without bounds to a factor 1.6 about the model's), and search from the best: where
+        there are many local minima, as for points of a map with jumps. Some hundred are good for
+        two parameters.
     max_evaluations : int
         Of the model, in each of the approaches.
     check_units : bool
@@ -220,18 +375,17 @@ def fit(
     >>> abs(found.model.friction.mu - 0.5) < 0.01
     True
     """
-    from scipy.optimize import least_squares  # loads linear algebra
-
     model = checked_model(model)
     given = _listed(data)
     names = _names(model, parameters)
     one_of("loss", loss, LOSSES)
     check_units = flag("check_units", check_units)
     evaluations = whole_number("max_evaluations", max_evaluations)
+    n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
     ranges = _ranges(model, names, _by_name("bounds", bounds, names))
     known = _priors(_by_name("priors", priors, names))
     for number, each in enumerate(given, start=1):
-        _belongs(model, each, number, check_units=check_units)
+        check_belongs(model, each, number, check_units=check_units)
     spent = 0
     found: _Stage | None = None
     for counts, link in _stages(model, given, pieces):
@@ -240,24 +394,15 @@ def fit(
         triples = zip(given, counts, before, strict=True)
         terms = [term_of(each, now, n, states) for each, n, states in triples]
         problem = _Problem(now, names, terms, known, link)
-        low = np.concatenate([ranges[0], np.full(problem.n_own, -np.inf)])
-        high = np.concatenate([ranges[1], np.full(problem.n_own, np.inf)])
-        result = least_squares(
-            problem.residuals,
-            np.clip(problem.start, low, high),
-            problem.jacobian,
-            bounds=(low, high),
-            x_scale="jac",
-            loss=loss,
-            max_nfev=evaluations,
-        )
-        spent += int(result.nfev)
-        stage = _Stage(problem, np.asarray(result.x), bool(result.status > 0))
+        search = _Search(problem, ranges, loss)
+        begin = search.begin(n_starts if found is None else 1)
+        stage = search.run(begin, evaluations)
+        spent += search.spent
         if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
             break  # one motion has lost the data: its pieces have not
         found = stage
     assert found is not None
-    return _result(model, found, ranges, given, spent)
+    return _result(model, found, ranges, given, spent, loss)
 
 
 class _Problem:
@@ -280,8 +425,16 @@ class _Problem:
         self.start = np.concatenate([values, *(term.start for term in terms)])
         self._last: tuple[bytes, list[Answer] | None] = (b"", None)
         self.refused = ""  # why there was no answer
-        if self.answers(self.start) is None:
+        answers = self.answers(self.start)
+        if answers is None:
             raise ValueError(f"the search cannot start: {self.refused}")
+        n_data = sum(len(each.residuals) for each in answers)
+        n_unknown = len(self.start) - sum(len(each.links) for each in answers)
+        if n_data + len(priors) <= n_unknown:
+            raise ValueError(
+                f"{n_data} data cannot tell {n_unknown} unknowns ({len(names)} parameters, and "
+                "starts of motions): give more data, or fix parameters."
+            )
 
     def changed(self, unknowns: Floats) -> Model:
         """Model with the parameters among the unknowns."""
@@ -334,6 +487,61 @@ class _Problem:
         for row, (name, (_, error)) in zip(priors, self.priors.items(), strict=True):
             row[self.names.index(name)] = 1.0 / error
         return np.concatenate([*blocks, priors])
+
+
+class _Search:
+    """Least squares of a problem, from the best of several starts."""
+
+    def __init__(self, problem: _Problem, ranges: tuple[Floats, Floats], loss: Loss) -> None:
+        self.problem, self.loss, self.spent = problem, loss, 0
+        free = np.full(problem.n_own, np.inf)
+        self.low, self.high = (
+            np.concatenate([end, sign * free]) for end, sign in zip(ranges, (-1, 1), strict=True)
+        )
+
+    def run(self, begin: Floats, evaluations: int) -> _Stage:
+        """Search from one start."""
+        from scipy.optimize import least_squares  # loads linear algebra
+
+        found = least_squares(
+            self.problem.residuals,
+            np.clip(begin, self.low, self.high),
+            self.problem.jacobian,
+            bounds=(self.low, self.high),
+            x_scale="jac",
+            loss=self.loss,
+            max_nfev=evaluations,
+        )
+        self.spent += int(found.nfev)
+        return _Stage(self.problem, np.asarray(found.x), bool(found.status > 0))
+
+    def begin(self, n_starts: int) -> Floats:
+        """Where to search: the best of the starts, each after a few steps."""
+        given = self.problem.start
+        if n_starts == 1:
+            return given
+        others = self._spread(n_starts - 1)
+        self.spent += len(others)
+        told = sorted(others, key=self._misfit)[:KEPT]
+        stages = [self.run(start, STEPS) for start in (given, *told)]
+        return min(stages, key=lambda stage: stage.chi2).unknowns
+
+    def _spread(self, n: int) -> list[Floats]:
+        """Spread the parameters of starts evenly over their ranges."""
+        k = len(self.problem.names)
+        given = self.problem.start[:k]
+        about = np.sort(given * np.array([[1.0 / ABOUT], [ABOUT]]), axis=0)
+        bounded = np.isfinite(self.low[:k]) & np.isfinite(self.high[:k])
+        low = np.where(bounded, self.low[:k], np.maximum(about[0], self.low[:k]))
+        high = np.where(bounded, self.high[:k], np.minimum(about[1], self.high[:k]))
+        ratio = float(np.roots([1.0, *np.zeros(k - 1), -1.0, -1.0]).real.max())  # x^(k+1) = x + 1
+        shares = np.arange(1, n + 1)[:, None] * ratio ** -np.arange(1.0, k + 1.0) % 1.0
+        rest = self.problem.start[k:]
+        return [np.concatenate([low + share * (high - low), rest]) for share in shares]
+
+    def _misfit(self, unknowns: Floats) -> float:
+        """Badness of a start: what is far off counts little more than what is off."""
+        return float(np.sum(np.log1p(self.problem.residuals(unknowns) ** 2)))
 
 
 class _Stage(NamedTuple):
@@ -450,80 +658,19 @@ def _priors(priors: dict[str, Any]) -> dict[str, tuple[float, float]]:
     return known
 
 
-def _belongs(model: Model, data: Data, number: int, *, check_units: bool) -> None:
-    """ValueError where data cannot be the model's, or seem to have other units."""
-    name = f"data {number} ({type(data).__name__})"
-    plant = model.plant
-    if isinstance(data, MapPoints):
-        if model.n_blocks != 2 or not plant.rubs_as_one:
-            raise ValueError(f"{name}: MapPoints are those of two blocks on one belt")
-        return
-    blocks = data.blocks if isinstance(data, Record) else (data.block,)
-    n = len(plant.mass) if isinstance(data, Record) else plant.n_contacts
-    if max(blocks) > n:
-        raise ValueError(f"{name}: block {max(blocks)} is not one of the model's {n}")
-    if isinstance(data, ForcePoints):
-        largest = float(np.abs(np.asarray(data.force)).max())
-        if check_units and largest > SUSPICIOUS / 10:
-            raise ValueError(
-                f"{name}: forces reach {largest:.6g}, and they are to be over the static limit, "
-                "of order 1. Divide by the limit, or pass check_units=False."
-            )
-        return
-    if isinstance(data, Record) and data.free_start and data.x0 is None and data.d is None:
-        if len(blocks) < len(plant.mass) or not plant.n_positions:
-            missing = sorted(set(range(1, n + 1)) - set(blocks))
-            raise ValueError(
-                f"{name}: blocks {missing} are not measured, so that the start cannot be guessed: "
-                "give x0 and v0, with free_start=True if they are guesses."
-            )
-    if check_units and isinstance(data, Record):
-        _check_units(model, data, name)
-
-
-def _check_units(model: Model, data: Record, name: str) -> None:
-    t = np.asarray(data.t)
-    period = natural_period(model)
-    turns = (t[-1] - t[0]) / period
-    if not 10.0 / SUSPICIOUS < turns < 10.0 * SUSPICIOUS:
-        raise ValueError(
-            f"{name}: it lasts {t[-1] - t[0]:.6g}, {turns:.3g} periods ({period:.3g}) of the "
-            "model. Are its times in the units of the model? check_units=False takes them so."
-        )
-    plant = model.plant
-    rest = np.zeros(len(plant.mass)), np.zeros(plant.n_positions)
-    motion = simulate(model, *rest, t_end=4.0 * period)
-    times = np.linspace(0.0, motion.t[-1], 200)
-    size = np.abs(model.plant.static).max()
-    for kind, values, _ in data.rows:
-        own = float(np.abs(getattr(motion, kind)(times)).max())
-        if kind == "x" and model.plant.n_positions:
-            own = max(own, float(size / np.abs(np.diag(model.plant.stiffness)).max(initial=1e-300)))
-        largest = float(np.abs(values).max())
-        if own > 0.0 and not 1.0 / SUSPICIOUS < largest / own < SUSPICIOUS:
-            raise ValueError(
-                f"{name}: {kind} reaches {largest:.6g}, where motions of the model reach some "
-                f"{own:.3g}. Are both in the same units? check_units=False takes them so."
-            )
-
-
 def _result(
     model: Model,
     stage: _Stage,
     ranges: tuple[Floats, Floats],
     data: tuple[Data, ...],
     evaluations: int,
+    loss: Loss,
 ) -> Fit:
     problem, unknowns = stage.problem, stage.unknowns
     names, n = problem.names, len(problem.names)
     residuals = np.concatenate([each.residuals for each in stage.answers])
     n_links = sum(len(each.links) for each in stage.answers)
     n_free = len(residuals) + n_links + len(problem.priors) - len(unknowns)
-    if n_free <= 0:
-        raise ValueError(
-            f"{len(residuals)} data cannot tell {len(unknowns) - n_links} unknowns: "
-            "give more data, or fix parameters."
-        )
     weighed = all(each.is_weighed for each in data)
     scale = 1.0 if weighed else float(np.sqrt(stage.chi2 / n_free))
     covariance, undetermined = _covariance(problem.jacobian(unknowns), names)
@@ -531,17 +678,16 @@ def _result(
     values = unknowns[:n]
     errors = np.sqrt(np.diag(covariance))
     errors[[name in undetermined for name in names]] = np.inf
-    from scipy.stats import t as student
-
-    reach = float(student.ppf(0.975, n_free)) * errors
+    known = [problem.priors.get(name, (np.nan, np.nan)) for name in names]
     near = 1e-9 * (1.0 + np.abs(values))
     at_bound = (values - ranges[0] <= near) | (ranges[1] - values <= near)
-    return Fit(
-        model=problem.changed(unknowns),
+    best = problem.changed(unknowns)
+    found = Fit(
+        model=best,
         parameters=names,
         values=values,
         standard_errors=errors,
-        intervals=np.column_stack([values - reach, values + reach]),
+        intervals=np.zeros((n, 2)),
         covariance=covariance,
         start=np.array([model.parameters[name] for name in names]),
         undetermined=undetermined,
@@ -550,13 +696,22 @@ def _result(
         chi2=stage.chi2,
         n_free=n_free,
         scale=scale,
-        starts=tuple(unknowns[own] for own in problem.own),
+        starts=tuple(
+            term.states(best, unknowns[own])
+            for term, own in zip(problem.terms, problem.own, strict=True)
+        ),
         matched=tuple(each.matched for each in stage.answers),
         n_evaluations=evaluations,
         converged=stage.converged,
         data=data,
         fitted=tuple(each.fitted for each in stage.answers),
+        pieces=max(term.n_pieces for term in problem.terms),
+        bounds=np.column_stack(ranges),
+        priors=np.array(known),
+        loss=loss,
     )
+    reach = found._reach * errors
+    return replace(found, intervals=np.column_stack([values - reach, values + reach]))
 
 
 def _covariance(jacobian: Floats, names: tuple[str, ...]) -> tuple[Floats, tuple[str, ...]]:

@@ -46,6 +46,11 @@ class Term(ABC):
     """One set of data."""
 
     start: Floats  # guess of the term's own unknowns
+    n_pieces = 1
+
+    def states(self, model: Model, own: Floats) -> Floats:
+        """States that motions start from, of the term's own unknowns."""
+        return own
 
     @abstractmethod
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
@@ -102,6 +107,7 @@ class RecordTerm(Term):
         self.t = np.asarray(data.t)
         self.begin = 0.0 if model.plant.is_forced else float(self.t[0])
         self.over_belt = model.plant.rubs_as_one
+        self.n_pieces = n_pieces
         splits = np.array_split(np.arange(len(self.t)), n_pieces)
         self.first = [int(split[0]) for split in splits]
         given = self.origin.given
@@ -120,6 +126,13 @@ class RecordTerm(Term):
     def _own(self, state: Floats) -> Floats:
         """Take the velocity of the belt out of a state."""
         return state - self._belt(self.model)
+
+    def states(self, model: Model, own: Floats) -> Floats:
+        """States, each with the velocity of the belt."""
+        first = len(self.origin.given) if self.origin.free and self.origin.on_belt else 0  # type: ignore[arg-type]
+        belt = self._belt(model)
+        rest = own[first:].reshape(-1, len(belt)) + belt
+        return np.concatenate([own[:first], rest.ravel()])
 
     def _belt(self, model: Model) -> Floats:
         plant = model.plant

@@ -15,7 +15,7 @@ ORDINATES = {"EventTimes": "times", "MapPoints": "value", "ForcePoints": "force"
 
 
 def plot_fit(fit: Any, ax: Axes | None = None, *, data: int = 1, **style: Any) -> Axes:
-    """Draw a set of data, counted from 1, as points and the model's values as lines."""
+    """Draw a set of data, counted from 1, as black points and the model's values as lines."""
     ax = axes_or_new(ax)
     measured, fitted = fit.data[data - 1], fit.fitted[data - 1]
     kind = type(measured).__name__
@@ -30,13 +30,14 @@ def plot_fit(fit: Any, ax: Axes | None = None, *, data: int = 1, **style: Any) -
         labelled = (ABSCISSAE.get(kind, "event"), ORDINATES[kind])
     at = np.asarray(getattr(measured, ABSCISSAE[kind])) if kind in ABSCISSAE else None
     at = np.arange(1, len(values) + 1) if at is None else at
-    colors = list(PALETTE.values())
+    colors = list(PALETTE.values())[1:]  # black are the data
     order = np.argsort(at, kind="stable")
     for k, label in enumerate(labels):
         color = colors[k % len(colors)]
-        ax.plot(at, values[:, k], ".", ms=3, color=color, alpha=0.5)
-        ax.plot(at[order], rows[order, k], **{"color": color, "lw": 1, "label": label, **style})
+        ax.plot(
+            at, values[:, k], ".", ms=4, color="black", alpha=0.4, label="" if k else "measured"
+        )
+        ax.plot(at[order], rows[order, k], **{"color": color, "label": label, **style})
     ax.set(xlabel=labelled[0], ylabel=labelled[1])
-    if len(labels) > 1:
-        ax.legend()
+    ax.legend()
     return ax
