@@ -49,6 +49,7 @@ READING_ORDER = (
     "own_law",
     "own_map",
     "measured_friction",
+    "from_a_record",
     "chain_of_blocks",
     "resuming_sweep",
     "lesson",

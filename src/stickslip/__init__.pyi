@@ -22,6 +22,12 @@ from .analysis.orbits.periodic import periodic_orbits as periodic_orbits
 from .analysis.safety.safety import safety as safety
 from .app.widget import explore as explore
 from .following import follow as follow
+from .identification.data import EventTimes as EventTimes
+from .identification.data import ForcePoints as ForcePoints
+from .identification.data import MapPoints as MapPoints
+from .identification.data import Record as Record
+from .identification.fit import fit as fit
+from .identification.tables import read_measurements as read_measurements
 from .mechanics.cycle.equilibria import equilibria as equilibria
 from .mechanics.cycle.limit_cycles import limit_cycles as limit_cycles
 from .mechanics.cycle.return_map import return_map as return_map

@@ -15,6 +15,7 @@ STEP_FAILED: Final = 7
 CONTACT_LOST: Final = 8
 NO_EVENT: Final = 9
 AT_REST: Final = 10
+ONE_SIDED: Final = 11
 
 NAMES: Final = (
     "OK",
@@ -28,6 +29,7 @@ NAMES: Final = (
     "CONTACT_LOST",
     "NO_EVENT",
     "AT_REST",
+    "ONE_SIDED",
 )
 
 MESSAGES: Final = (
@@ -42,4 +44,5 @@ MESSAGES: Final = (
     "a contact opened: its load vanished, and what follows is beyond dry friction",
     "no motion starts there: the contact is not released, or does not land, in that state",
     "all contacts stick for ever: no needed force reaches its limit again",
+    "an event is about to appear or vanish, or two coincide: a derivative holds on one side",
 )

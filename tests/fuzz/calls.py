@@ -217,6 +217,19 @@ def model_file() -> Path:
     return path
 
 
+def points_file() -> Path:
+    """Return a file of measurements."""
+    path = fresh("points.csv")
+    path.write_text("speed,force\n0.1,0.7\n0.2,0.6\n0.3,0.5\n", encoding="utf-8")
+    return path
+
+
+def force_fit() -> Any:
+    """Return a fit of a law."""
+    points = ss.ForcePoints([0.1, 0.2, 0.3], [0.7, 0.6, 0.5])
+    return ss.fit(oscillator(), points, ["gamma"], max_evaluations=5)
+
+
 def sweep(
     system: Any,
     axes: Any,
@@ -259,6 +272,7 @@ MODEL: Final = {
     "positions": {"d": 0.1},
     "spread_domain": {"n": 2},
     "plant_direction": {"name": "V"},
+    "moved_plant": {"name": "V"},
 }
 FAMILY: Final = {
     **MODEL,
@@ -359,6 +373,16 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
         "friction": LAW,
     },
     "Units": {"m": 1.0, "k": 2.0, "fs1": 3.0},
+    "Record": {"t": [0.0, 1.0, 2.0, 3.0, 4.0], "x": [0.0, 0.1, 0.2, 0.1, 0.3], "sigma": 0.1},
+    "EventTimes": {"times": [1.0, 2.0], "d": 0.1},
+    "MapPoints": {"d": [0.1, 0.2], "value": [0.2, 0.3]},
+    "ForcePoints": {"speed": [0.1, 0.2, 0.3], "force": [0.3, 0.25, 0.2]},
+    "fit": {
+        "model": oscillator,
+        "data": lambda: ss.ForcePoints([0.1, 0.2, 0.3], [0.7, 0.6, 0.5]),
+        "parameters": ["gamma"],
+        "max_evaluations": 5,
+    },
     "attractors": {"f": logistic, "n_starts": 4, "max_steps": 100, "rng": 1},
     "rotation_number": {"f": turning, "x0": 0.1, "n": 8, "transient": 2},
     "basin_fractions": {
@@ -449,6 +473,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "open_sweep": {"store": store},
     "periodic_orbits": {"f": logistic, "max_period": 2},
     "quasistatic_map": {"model": coulomb, "threads": 1},
+    "read_measurements": {"path": points_file},
     "read_model": {"path": model_file},
     "return_region": {
         "model": coulomb,
@@ -487,7 +512,12 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     "Harmonic": (lambda: ss.Harmonic(0.1, 1.0), {"amplitudes": {"n_blocks": 2}}),
     "Structure": (
         structure,
-        {**FAMILY, "replace": {"V_1": 0.05}, "plant_direction": {"name": "V_1"}},
+        {
+            **FAMILY,
+            "replace": {"V_1": 0.05},
+            "plant_direction": {"name": "V_1"},
+            "moved_plant": {"name": "V_1"},
+        },
     ),
     "TwoBlock": (
         coulomb,
@@ -584,7 +614,25 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         },
     ),
     "Certificate": (lambda: ss.certify_orbits(coulomb(), digits=5), SAVE),
-    "Trajectory": (trajectory, {**AT_TIME, "table": {"t": [1.0], "energy": False}}),
+    "Trajectory": (
+        trajectory,
+        {**AT_TIME, "table": {"t": [1.0], "energy": False}, "derivative": {"names": "mu"}},
+    ),
+    "Fit": (
+        force_fit,
+        {
+            "predict": {"quantity": lambda: lambda model: model.friction.gamma},
+            "profile": {"name": "gamma", "values": [2.9, 3.1]},
+        },
+    ),
+    "Sensitivity": (
+        lambda: trajectory().derivative("mu", "d"),
+        {
+            "x": {"t": 1.0, "side": "left"},
+            "v": {"t": 1.0, "side": "left"},
+            "states": {"t": 1.0, "side": "left"},
+        },
+    ),
     "PhysicalTrajectory": (
         lambda: coulomb().to_physical(trajectory(), ss.Units(m=2.0, k=8.0, fs1=4.0)),
         {name: AT_TIME[name] for name in ("energy", "friction", "v", "x")},

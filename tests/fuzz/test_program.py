@@ -41,6 +41,12 @@ GOOD: Final[dict[str, dict[str, list[str]]]] = {
     "diagram": {**ALONG, "--max-period": ["1"], "--values": ["3"]},
     "simulate": {**COULOMB, "-d": ["0.1"], "--t-end": ["5"]},
     "cycles": {**COULOMB, "--n-starts": ["1"]},
+    "fit": {
+        "RECORDS": ["forces.csv"],
+        "--model": ["model.toml"],
+        "--parameters": ["mu"],
+        "--sigma": ["0.1"],
+    },
     "sweep": {"--plan": ["plan.toml"]},
     "plot": {"--store": ["map.zarr"], "--out": ["map.svg"]},
     "certify": {**COULOMB, "--orbit": ["-0.0399"], "--digits": ["5"]},
@@ -111,6 +117,8 @@ def _made() -> Path:
     (folder / "plan.toml").write_text(PLAN, encoding="utf-8")
     assert run(["sweep", str(folder / "plan.toml"), "--quiet", "--threads", "1"]) == 0
     ss.write_model(calls.coulomb(), folder / "model.toml")
+    forces = "speed,force\n0.1,0.2\n0.2,0.2\n0.3,0.25\n"
+    (folder / "forces.csv").write_text(forces, encoding="utf-8")
     ss.certify_orbits(calls.coulomb(), digits=5).save(folder / "proof.json")
     return folder
 
@@ -158,7 +166,7 @@ ALSO: Final = {
     "--out": ("cannot write", "folder", "cannot use", "out", "figure"),
     "--csv": ("cannot write", "folder", "cannot use"),
     "--model": ("model", "cannot use"),
-    "--friction": ("friction", "law"),
+    "--friction": ("friction", "law", "formula"),
     "--parameter": ("parameter",),
     "--grid": ("-d",),
     "--at": ("at",),
@@ -177,6 +185,8 @@ ALSO: Final = {
     "--name": ("study", "figure"),
     "--seed": ("seed", "rng"),
     "FIGURES": ("figure", "--figures"),
+    "RECORDS": ("cannot use", "path"),
+    "--sigma-v": ("sigma_v",),
     "CERTIFICATE": ("cannot use", "certificate"),
     "--period": ("period", "max_period"),
 }

@@ -136,6 +136,17 @@ class Samples:
     def make_Trajectory(self):
         return ss.simulate(COULOMB, d=0.1, t_end=60)
 
+    def make_Sensitivity(self):
+        return self["Trajectory"].derivative("mu", "d")
+
+    def make_Fit(self):
+        t = np.linspace(0, 20, 60)
+        x = ss.simulate(BLOCK, [0.3], [0.1], t_end=20).x(t)
+        return ss.fit(BLOCK, ss.Record(t, x + 1e-3 * np.sin(9 * t)[:, None]), ["gamma"])
+
+    def make_Profile(self):
+        return self["Fit"].profile("gamma")
+
     def make_Energy(self):
         return self["Trajectory"].energy([0.0, 10.0, 20.0])
 

@@ -26,6 +26,7 @@ OTHERS = {
     *("EventMap", "BlocksEventMap", "QuasistaticMap", "StroboscopicMap"),
     *("ReturnMap", "LineReturnMap"),
     *("Dataset", "Axis", "SlipStream", "Path", "Explorer"),
+    *("Record", "EventTimes", "MapPoints", "ForcePoints"),
 }
 NAMES = Samples().names
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
-from stickslip.cli import claims, installation, models, parameters, sweeps
+from stickslip.cli import claims, installation, measurements, models, parameters, sweeps
 from stickslip.cli.process import (
     BAD_USAGE,
     DONE,
@@ -39,6 +39,7 @@ COMMANDS: Final[dict[str, tuple[Callable[..., Any], str]]] = {
     "diagram": (parameters.diagram, parameters.DIAGRAM_EXAMPLES),
     "simulate": (models.simulate, models.SIMULATE_EXAMPLES),
     "cycles": (models.cycles, models.CYCLES_EXAMPLES),
+    "fit": (measurements.fit, measurements.FIT_EXAMPLES),
     "sweep": (sweeps.sweep, sweeps.SWEEP_EXAMPLES),
     "plot": (sweeps.plot, sweeps.PLOT_EXAMPLES),
     "certify": (claims.certify, claims.CERTIFY_EXAMPLES),

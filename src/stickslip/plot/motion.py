@@ -143,3 +143,18 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
     columns = min(values.shape[-1], 6)
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
     return ax
+
+
+def plot_sensitivity(by: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw the derivatives of all displacements over time, a line for each name and block."""
+    ax = axes_or_new(ax)
+    motion = by.trajectory
+    ends = np.append(motion.t[motion.t < by.t_end], by.t_end)
+    t = sample_times(ends)
+    values = by.x(t)
+    for block in range(values.shape[1]):
+        for name, line in zip(by.names, values[:, block].T, strict=True):
+            ax.plot(t, line, **{"label": f"{symbol('x', block + 1)} by {name}", **style})
+    ax.set(xlabel=symbol("t"), ylabel="derivative")
+    ax.legend()
+    return ax

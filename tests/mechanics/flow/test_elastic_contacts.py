@@ -215,6 +215,18 @@ for seed in (3, 23, 24): check_against_plain(seed, shared=True)
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)
 
 
+def test_a_foot_that_is_given_a_slip_against_its_body_begins_at_rest() -> None:
+    """The velocity of a sliding foot follows from the body's."""
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), stiffness=2.0, V=0.3)
+    model = ss.Structure(mass=[1.0], stiffness=[[1.0]], contacts=[contact])
+    motion = ss.simulate(model, [0.1, 0.0], [-0.2, 0.9], t_end=10.0)  # the body moves backward
+    assert motion.modes[0].tolist() == [0]
+    t = np.linspace(0.0, 10.0, 400)
+    slip = motion.v(t)[:, 1] - 0.3
+    assert (slip * motion._mode(t)[:, 0] >= -1e-14).all()
+    assert motion.x(0.0)[1] == 0.0
+
+
 # --- tangents -------------------------------------------------------------------------------------
 
 

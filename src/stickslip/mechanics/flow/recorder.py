@@ -58,6 +58,12 @@ class Recorded:
     inside: StatesInside | None  # (step, t since its start) -> Instant; None: events only
 
 
+def phase_starts(mode: Ints) -> Ints:
+    """Find the steps at which phases begin: the first, and each whose modes have changed."""
+    changed = (mode[1:-1] != mode[:-2]).any(axis=1)
+    return np.concatenate(([0], 1 + np.flatnonzero(changed)))
+
+
 class Step(NamedTuple):
     """State at the start of a step of a motion, as its kernels hold it, and its modes."""
 
@@ -154,9 +160,13 @@ class Recorder(ABC):
         if motion.event.any():
             if (motion.event == LOST).any():
                 return t, status_codes.CONTACT_LOST
-            self.n_events += engine.settle(motion, self.work)
+            self.n_events += self._settle()
             self._note_global_stick()
         return t, status_codes.OK
+
+    def _settle(self) -> bool:
+        """Change the modes at an event; tell whether any changed."""
+        return bool(self.engine.settle(self.motion, self.work))
 
     def run(self, t_end: float, max_events: int, *, until_stick: bool) -> int:
         """Move until `t_end` or a limit, or the next global stick phase; return a status."""
@@ -419,4 +429,10 @@ def place(engine: BlockEngine, motion: BlockMotion, z: Floats, work: BlockWork) 
     motion.event[:] = np.where(motion.w == 0.0, LANDING, 0)
     work.rates[:] = 0.0
     engine.refresh(motion)
+    turned = motion.mode * motion.w < 0.0
+    if turned.any():  # feet that cannot slip the way they are said to: they begin at rest
+        resting = z.copy()
+        resting[-turned.size :][turned] = 0.0
+        place(engine, motion, resting, work)
+        return
     engine.settle(motion, work)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,54 +28,64 @@ class Slip(NamedTuple):
     moment: float
 
 
+def leaves_belt(plant: Plant, x: Floats, v: Floats, w: Floats, e: Floats) -> bool:
+    """Whether a motion starts as a global stick phase ends: at rest, within all limits."""
+    return bool((w == 0.0).all() and (np.abs(e) <= plant.limits(x, v)).all())
+
+
 @dataclass
 class _Growing:
     """A slip that goes on: blocks that move now, all that did, the moment of those at rest."""
 
-    start: float
+    start: Any
     moving: set[int] = field(default_factory=set)
     blocks: set[int] = field(default_factory=set)
-    moment: float = 0.0
+    moment: Any = 0.0
 
 
 class SlipTracker:
     """Joins changes of mode to slips while a motion goes on; holds no more than the open ones."""
 
-    # Slips that had begun before the start are left out, unless it is `from_belt`.
+    # Slips that had begun before the start are left out, unless it is `from_belt`. Times and
+    # travels are numbers, or arrays of a number and its derivatives.
 
     def __init__(self, plant: Plant, *, from_belt: bool) -> None:
         m = plant.n_contacts
-        self._plant = plant
+        self._neighbours = plant.neighbours
         self._mode = np.zeros(m, dtype=np.int64)
-        self._left: list[float] = [0.0] * m  # how far the belt had left each behind at the start
+        self._left: list[Any] = [0.0] * m  # how far the belt had left each behind at the start
         self._slip: dict[int, _Growing] = {}  # of each moving block
         self._unknown = not from_belt
 
-    def see(self, t: float, x: Floats, mode: Ints) -> Iterator[Slip]:
-        """Take the state as a step begins; yield the slips that are over by then."""
+    def see(self, t: Any, travel: Sequence[Any] | Floats, mode: Ints) -> Iterator[Slip]:
+        """Take time and ``Plant.travel`` as a step begins; yield the slips that are over."""
         moved, moves = self._mode != 0, mode != 0
-        travel = self._plant.travel(x, t)
         for block in np.flatnonzero(moves & ~moved).tolist():
-            self._begin(block, t, float(travel[block]))
+            self._begin(block, t, travel[block])
         self._unknown = False
         for block in np.flatnonzero(moved & ~moves).tolist():
             slip = self._slip.pop(block)
             slip.moving.remove(block)
-            slip.moment += float(travel[block]) - self._left[block]
-            if not slip.moving and slip.start > -math.inf:
+            slip.moment = slip.moment + (travel[block] - self._left[block])
+            if not slip.moving and _time(slip.start) > -math.inf:
                 blocks = tuple(k + 1 for k in sorted(slip.blocks))
                 yield Slip(slip.start, t - slip.start, blocks, slip.moment)
         self._mode = mode.copy()
 
-    def _begin(self, block: int, t: float, travel: float) -> None:
+    def _begin(self, block: int, t: Any, travel: Any) -> None:
         """Let a block join the slips of its neighbours, which are one from now on."""
         self._left[block] = travel
-        slip = _Growing(-math.inf if self._unknown else float(t), {block}, {block})
+        slip = _Growing(-math.inf if self._unknown else t, {block}, {block})
         self._slip[block] = slip
-        beside = (self._slip.get(k) for k in self._plant.neighbours[block])
+        beside = (self._slip.get(k) for k in self._neighbours[block])
         for other in {id(found): found for found in beside if found is not None}.values():
-            slip.start = min(slip.start, other.start)
+            slip.start = min(slip.start, other.start, key=_time)
             slip.moving |= other.moving
             slip.blocks |= other.blocks
-            slip.moment += other.moment
+            slip.moment = slip.moment + other.moment
             self._slip.update(dict.fromkeys(other.moving, slip))
+
+
+def _time(start: Any) -> float:
+    """Return the time itself, without its derivatives."""
+    return start if isinstance(start, float) else float(start[0])

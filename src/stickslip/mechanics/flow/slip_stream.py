@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 
 from stickslip.checks import whole_number
 from stickslip.mechanics.flow.engine import tolerance
-from stickslip.mechanics.flow.slip import Slip, SlipTracker
+from stickslip.mechanics.flow.slip import Slip, SlipTracker, leaves_belt
 from stickslip.mechanics.flow.trajectory import (
     State,
     end_time,
-    leaves_belt,
     recorder_for,
     start,
 )
@@ -62,11 +61,16 @@ class SlipStream(Iterator[Slip]):
     def _follow(self, t_end: float, max_events: int) -> Iterator[Slip]:
         recorder, record = self._recorder, self._recorder.record
         plant = self.model.plant
-        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, recorder.last))
+        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, *recorder.last))
+
+        def seen() -> Iterator[Slip]:
+            t, mode = record[-1].t, record[-1].mode
+            return tracker.see(t, plant.travel(recorder.last[0], t).tolist(), mode)
+
         for _ in recorder.follow(t_end, max_events, until_stick=False):
-            yield from tracker.see(record[-1].t, recorder.last[0], record[-1].mode)
+            yield from seen()
         recorder.keep()
-        yield from tracker.see(record[-1].t, recorder.last[0], record[-1].mode)
+        yield from seen()
 
 
 @suggests

@@ -20,10 +20,12 @@ from stickslip.mechanics.flow.recorder import (
     Recorded,
     Recorder,
     TwoBlockRecorder,
+    phase_starts,
 )
-from stickslip.mechanics.flow.slip import Slip, SlipTracker
+from stickslip.mechanics.flow.sensitivity import Origin, Sensitivity, sensitivity
+from stickslip.mechanics.flow.slip import Slip, SlipTracker, leaves_belt
 from stickslip.mechanics.model.arguments import Model, checked_model, checked_state
-from stickslip.mechanics.model.plant import Plant, sliding_friction
+from stickslip.mechanics.model.plant import sliding_friction
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 from stickslip.results.parts import part
@@ -109,6 +111,7 @@ class Trajectory(Result):
     _record: Recorded
     d: Floats
     status: int
+    _origin: Origin | None = None
     _plot: ClassVar = "motion.plot_trajectory"
 
     @property
@@ -133,10 +136,8 @@ class Trajectory(Result):
 
     @cached_property
     def _changes(self) -> NDArray[np.int64]:
-        """Steps at which a phase begins: the first, and each with modes unlike the one before."""
-        mode = self._record.mode
-        changed = (mode[1:-1] != mode[:-2]).any(axis=1)
-        return np.concatenate(([0], 1 + np.flatnonzero(changed)))
+        """Steps at which a phase begins."""
+        return phase_starts(self._record.mode)
 
     @cached_property
     def t(self) -> Floats:
@@ -162,12 +163,14 @@ class Trajectory(Result):
     @cached_property
     def slips(self) -> tuple[Slip, ...]:
         """Slips that both begin and end within this trajectory, in the order of their ends."""
-        record = self._record
-        plant = self.model.plant
+        record, plant = self._record, self.model.plant
         first = record.x[0], record.v[0], record.w[0], record.e[0]
-        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, first))
-        steps = np.append(self._changes, len(record.t) - 1)
-        seen = (tracker.see(float(record.t[k]), record.x[k], record.mode[k]) for k in steps)
+        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, *first))
+        seen = (
+            tracker.see(t, plant.travel(record.x[k], t).tolist(), record.mode[k])
+            for k in [*self._changes, -1]
+            for t in [float(record.t[k])]
+        )
         return tuple(itertools.chain.from_iterable(seen))
 
     # --- state at any time --------------------------------------------------------------------
@@ -223,6 +226,44 @@ class Trajectory(Result):
             dissipation=dissipation,
             t=times,
         )
+
+    def derivative(self, *names: str) -> Sensitivity:
+        """Differentiate the motion, exactly, through all of its events.
+
+        Parameters
+        ----------
+        *names : str
+            Parameters of the model; ``"x0"``, ``"v0"``, the starting displacements and velocities,
+            all of them, or ``"x0_2"``, one; ``"d"`` of a motion that was started with `d`. Where
+            the model has a parameter of that name, the parameter is meant.
+
+        Returns
+        -------
+        Sensitivity
+            Derivatives of displacements and velocities at any time, of the times of events, of
+            slips and global stick phases, with an entry for each of its ``names``.
+
+        Raises
+        ------
+        ValueError
+            No name, or one that is unknown; a law of the model cannot be traced; the
+            trajectory is one of a quasistatic map.
+
+        Notes
+        -----
+        The motion is followed once more, with tangents. Blocks that ride at the start ride
+        whatever changes. Where an event is about to appear or to vanish, `Sensitivity.margin` is
+        small; at rounding the status is ONE_SIDED, and a touch ends the derivatives.
+
+        Examples
+        --------
+        >>> import stickslip as ss
+        >>> model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22))
+        >>> by = ss.simulate(model, d=0.1, t_end=60).derivative("mu", "d")
+        >>> by.x([10.0, 20.0]).shape, by.event_times.shape[1]
+        ((2, 2, 2), 2)
+        """
+        return sensitivity(self, names)
 
     def table(self, t: ArrayLike | None = None, *, energy: bool = False) -> Table:
         """Return the events by time, block and kind, or the motion at given times.
@@ -400,21 +441,15 @@ def simulate(
     end = math.inf if t_end is None else end_time(t_end)
     max_events = whole_number("max_events", max_events, what="changes of mode of one trajectory")
     recorder = recorder_for(model, engine, rtol=tolerance(rtol), dense=record == "motion")
-    start(recorder, model, x, v, d)
+    origin = start(recorder, model, x, v, d)
     status = recorder.run(end, max_events, until_stick=until == "stick")
     phases = np.array(recorder.d, dtype=np.float64).reshape(len(recorder.d), *model.d_shape)
-    return Trajectory(model, recorder.finish(), phases, status)
+    return Trajectory(model, recorder.finish(), phases, status, origin)
 
 
 def end_time(t_end: float) -> float:
     """Check the time up to which to follow a motion."""
     return finite_number("t_end", t_end, at_least=0.0, why="A motion is followed forward.")
-
-
-def leaves_belt(plant: Plant, start: Instant) -> bool:
-    """Whether a motion starts as a global stick phase ends: at rest, within all limits."""
-    x, v, w, e = start
-    return bool((w == 0.0).all() and (np.abs(e) <= plant.limits(x, v)).all())
 
 
 def recorder_for(
@@ -433,8 +468,8 @@ def start(
     x: ArrayLike | None,
     v: ArrayLike | None,
     d: ArrayLike | None,
-) -> None:
-    """Start a motion from a global stick phase or from a state."""
+) -> Origin:
+    """Start a motion from a global stick phase or from a state, which is returned."""
     has_v = v is not None or not model.plant.n_positions
     if (d is None) == (x is None) or (x is None and v is not None) or (d is None and not has_v):
         raise ValueError("give either d=, a global stick phase, or both x and v, a state")
@@ -446,6 +481,9 @@ def start(
             )
         if model.n_blocks == 2:
             d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
-        recorder.start_on_belt(np.atleast_1d(model.admit(d)))
-        return
-    recorder.start(*checked_state(model, x, v))
+        phase = np.atleast_1d(model.admit(d))
+        recorder.start_on_belt(phase)
+        return Origin(None, None, phase, recorder.rtol)
+    state = checked_state(model, x, v)
+    recorder.start(*state)
+    return Origin(*state, None, recorder.rtol)

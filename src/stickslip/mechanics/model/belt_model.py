@@ -172,17 +172,32 @@ class BeltModel(ABC):
 
     def plant_direction(self, name: object) -> Reduced:
         """Differentiate the reduced plant in one of its numbers."""
+        known = self._directions.get(name) if isinstance(name, str) else None
+        if known is None:
+            known = self._directions[name] = self._direction(name)
+        return known
+
+    @cached_property
+    def _directions(self) -> dict[object, Reduced]:
+        """Derivatives found so far: each motion that is fitted asks for them."""
+        return {}
+
+    def _direction(self, name: object) -> Reduced:
+        moved = self.moved_plant(name)
+        if moved.is_coupled and not self.plant.is_coupled:
+            raise ValueError(
+                f"{name} = {self.parameters[str(name)]!r} has no derivative: as soon as it "
+                "changes, contacts share inertia. Give it a value beside."
+            )
+        return derivative(moved.reduction(self.plant))
+
+    def moved_plant(self, name: object) -> Plant:
+        """Return the plant with one of its numbers moved by ``TINY`` i."""
         numbers = {**self.numbers, **self._wave_numbers}
         if not isinstance(name, str) or name not in numbers:
             known = did_you_mean(name, list(self.parameters))
             raise ValueError(f"{type(self).__name__} has no parameter {shown(name)}. {known}")
-        moved = self._plant_with({**numbers, name: numbers[name] + 1j * TINY})
-        if moved.is_coupled and not self.plant.is_coupled:
-            raise ValueError(
-                f"{name} = {numbers[name]!r} has no derivative: as soon as it changes, contacts "
-                "share inertia. Give it a value beside."
-            )
-        return derivative(moved.reduction(self.plant))
+        return self._plant_with({**numbers, name: numbers[name] + 1j * TINY})
 
     def _plant_with(self, numbers: Mapping[str, Any]) -> Plant:
         plant = self._assemble(numbers)

@@ -444,15 +444,16 @@ class Plant:
             )
         return float(-self.period * rates[0])
 
-    def states_change(self, z: Floats, t: float, change: Reduced) -> Floats:
-        """Change at fixed z of the states (positions, velocities), shape (n,)."""
-        waves, turned = self.waves(t), change.phase + t * change.frequency
-        cosine, sine = np.split(waves, 2)
-        moved = np.concatenate([-sine * turned, cosine * turned])
-        at = np.concatenate([waves, z])
-        v = change.out_matrix @ at + change.out_constant
-        v += self.reduced.out_matrix[:, : self.n_waves] @ moved
-        return np.concatenate([np.zeros(self.n_positions), v])
+    def states_change(self, z: Floats, t: ArrayLike, change: Reduced) -> Floats:
+        """Change at fixed z of the states (positions, velocities), shape (..., n)."""
+        waves = self.waves(t)
+        turned = change.phase + np.asarray(t)[..., None] * change.frequency
+        cosine, sine = np.split(waves, 2, axis=-1)
+        moved = np.concatenate([-sine * turned, cosine * turned], axis=-1)
+        at = np.concatenate([waves, z], axis=-1)
+        v = at @ change.out_matrix.T + change.out_constant
+        v += moved @ self.reduced.out_matrix[:, : self.n_waves].T
+        return np.concatenate([np.zeros((*v.shape[:-1], self.n_positions)), v], axis=-1)
 
     def rows(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats, Floats]:
         """Rates y', needed forces and static limits at coordinates z."""

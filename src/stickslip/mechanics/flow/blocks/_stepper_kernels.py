@@ -16,6 +16,8 @@ from stickslip.mechanics.flow.blocks.system import (
     BlockSystem,
     BlockWork,
     Floats,
+    Ints,
+    TangentSteps,
 )
 from stickslip.mechanics.flow.blocks.transitions import (
     FORCE_ROUNDING,
@@ -558,13 +560,7 @@ def tangents(
     h: float,
 ) -> None:
     """Carry every tangent column over the step by its own Taylor series."""
-    for a in range(work.n_active[0]):
-        i = work.active[a]
-        mode = motion.mode[i]
-        work.rows[i, 0, ORDER] = mode * work.w[i, ORDER]
-        row = piece_row(laws, i, mode * motion.w[i])
-        series(laws[row], mode, work.rows[i], ORDER)
-        series_tangent(laws[row], mode, work.rows[i], ORDER)
+    law_gradients(laws, motion, work)
     for column in range(motion.tangent_z.shape[1]):
         tangent_series(system, motion, work, column)
         if COUPLED:
@@ -573,6 +569,72 @@ def tangents(
                 motion.joint.tangent[j, column] = value(work.joint.d_drive[j], h)
         for j in range(motion.z.shape[0]):
             motion.tangent_z[j, column] = value(work.d_z[j], h)
+
+
+@kernel
+def tangents_at_times(
+    system: BlockSystem,
+    laws: Floats,
+    motion: BlockMotion,
+    work: BlockWork,
+    steps: TangentSteps,
+    step: Ints,
+    t: Floats,
+    z: Floats,
+    moved: Floats,
+) -> None:
+    """Find (y, w) and its derivatives at fixed times `t` since the starts of ascending steps."""
+    waves = 2 * system.frequency.shape[0]
+    first = 0
+    while first < t.shape[0]:
+        end = first
+        while end < t.shape[0] and step[end] == step[first]:
+            end += 1
+        place_step(motion, steps, step[first])
+        refresh(system, laws, motion)
+        list_active(system, motion, work)
+        expand(system, laws, motion, work)
+        law_gradients(laws, motion, work)
+        for k in range(first, end):
+            for j in range(waves, motion.z.shape[0]):
+                here, rate, _ = jet(work.z[j], t[k])
+                z[k, j - waves] = here
+                for column in range(motion.tangent_z.shape[1]):
+                    moved[k, j - waves, column] = -rate * motion.tangent_clock[column]
+        for column in range(motion.tangent_z.shape[1]):
+            tangent_series(system, motion, work, column)
+            for k in range(first, end):
+                for j in range(waves, motion.z.shape[0]):
+                    moved[k, j - waves, column] += value(work.d_z[j], t[k])
+        first = end
+
+
+@kernel(inline=True)
+def place_step(motion: BlockMotion, steps: TangentSteps, k: int) -> None:
+    """Take the start of a step that was kept as the present state."""
+    waves = motion.z.shape[0] - steps.z.shape[1]
+    for j in range(steps.z.shape[1]):
+        motion.z[waves + j] = steps.z[k, j]
+    for i in range(motion.mode.shape[0]):
+        motion.mode[i] = steps.mode[k, i]
+        motion.event[i] = 0
+    motion.clock[0] = steps.t[k]
+    for column in range(motion.tangent_clock.shape[0]):
+        motion.tangent_clock[column] = steps.clock[k, column]
+        for j in range(motion.z.shape[0]):
+            motion.tangent_z[j, column] = steps.tangent[k, j, column]
+
+
+@kernel
+def law_gradients(laws: Floats, motion: BlockMotion, work: BlockWork) -> None:
+    """Series of the derivatives of laws over the step that has been expanded."""
+    for a in range(work.n_active[0]):
+        i = work.active[a]
+        mode = motion.mode[i]
+        work.rows[i, 0, ORDER] = mode * work.w[i, ORDER]
+        row = piece_row(laws, i, mode * motion.w[i])
+        series(laws[row], mode, work.rows[i], ORDER)
+        series_tangent(laws[row], mode, work.rows[i], ORDER)
 
 
 @kernel

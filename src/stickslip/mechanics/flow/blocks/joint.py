@@ -245,3 +245,5 @@ def saltation_together(system: BlockSystem, motion: BlockMotion, rates: Floats) 
         for column in range(motion.shift.shape[0]):
             motion.shift[column] /= rate
         move_tangents(system, motion, rates)
+    else:
+        motion.shift[:] = math.nan

@@ -113,9 +113,19 @@ class BlockMotion(NamedTuple):
     tangent_y: Floats
     tangent_w: Floats
     tangent_clock: Floats
-    shift: Floats  # (columns,) of the clock at an event
+    shift: Floats  # (columns,) of the clock at the last event; NaN if that was a touch
     directions: BlockDirections  # one for each column
     joint: Any  # Joint
+
+
+class TangentSteps(NamedTuple):
+    """Starts of the steps of a motion, an entry each, with tangents in some directions."""
+
+    t: Floats
+    z: Floats  # (steps, n without waves)
+    mode: Ints
+    tangent: Floats  # (steps, n, columns)
+    clock: Floats  # (steps, columns)
 
 
 def block_system(plant: Plant) -> BlockSystem:

@@ -337,7 +337,7 @@ def settle(system: BlockSystem, laws: Floats, motion: BlockMotion, rates: Floats
 def saltation(system: BlockSystem, motion: BlockMotion, rates: Floats) -> None:
     """Move the tangents to the event that ``motion.event`` names, if any."""
     # `rates`: w' just before. The first contact with an event sets the time; at a touch (rate 0)
-    # nothing is moved.
+    # nothing is moved, and ``motion.shift`` is NaN.
     n, n_columns = motion.mode.shape[0], motion.tangent_z.shape[1]
     for block in range(n):
         event = motion.event[block]
@@ -349,6 +349,7 @@ def saltation(system: BlockSystem, motion: BlockMotion, rates: Floats) -> None:
         if not landing:
             rate = excess_rate(system, motion, rates, block, side)
         if abs(rate) <= force_tolerance(motion, block):
+            motion.shift[:] = math.nan
             continue
         for column in range(n_columns):
             if landing:

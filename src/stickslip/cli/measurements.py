@@ -1,0 +1,210 @@
+"""The command about measurements: ``stickslip fit``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+
+from cyclopts import Parameter
+
+from stickslip.cli.options import OUTPUT, Flag, ModelOptions, OutputOptions, Whole
+from stickslip.cli.output import document, draw_pictures, new_folder, note, show_table
+from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.identification.fit import Fit
+    from stickslip.mechanics.model.arguments import Model
+    from stickslip.mechanics.model.units import Units
+
+FIT_EXAMPLES = """\
+stickslip simulate --preset coulomb -d 0.1 --t-end 60 --out run.csv
+stickslip fit run.csv --preset coulomb --V 0.037 --parameters mu V
+stickslip fit record.csv --model mine.toml --parameters mu speed \\
+    --columns "t=time [s]" "x=position [m]" --units m=2 k=800 fs1=4 \\
+    --sigma 1e-5 --out fitted
+"""
+TABLES: Final = ("fit.csv", "fit.json", "model.toml")
+PICTURES: Final = ("fit.svg", "fit.pdf", "fit.png")
+
+Words = Annotated[
+    tuple[str, ...], Parameter(negative=(), consume_multiple=True, show_default=False)
+]
+"""Several words after one option."""
+
+
+def fit(
+    records: Annotated[tuple[Path, ...], Parameter(negative=(), metavar="RECORD")],
+    /,
+    *,
+    system: ModelOptions = ModelOptions(),
+    parameters: Words,
+    columns: Words = (),
+    units: Words = (),
+    sigma: float | None = None,
+    sigma_v: float | None = None,
+    bounds: Words = (),
+    priors: Words = (),
+    pieces: Whole | None = None,
+    loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear",
+    n_starts: Whole = 1,
+    any_units: Flag = False,
+    out: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FOLDER")] = None,
+    force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
+    output: OutputOptions = OutputOptions(),
+) -> int:
+    """Fit parameters of a model to measurements in CSV files.
+
+    The model is where the search starts. Prints a row for each parameter: its value, standard
+    error, 95 per cent interval, and where the search began; what was compared and what the data
+    cannot tell is said on stderr. The exit code is 1 if the search has not converged, if the
+    model does not tell the data, or the data cannot tell a parameter.
+
+    Parameters
+    ----------
+    records
+        CSV files whose first line names the columns: t with x or v (x_1, x_2, ... of several
+        blocks), or speed and force, or d and value (points of the event map).
+    parameters
+        What to fit, such as mu or V.
+    columns
+        Columns that are called otherwise: t=time x=position v= (an empty name for none).
+    units
+        Units of the files, such as SI: m=2 k=800 fs1=4, or `model` for the model file's own;
+        numbers are those of the model if not given.
+    sigma
+        Standard error of a measured value, in the units of the files; estimated from the scatter
+        about the fit if not given.
+    sigma_v
+        That of a velocity.
+    bounds
+        Ranges to search: mu=0.1:0.9.
+    priors
+        What is known besides: V=0.2:0.001, mean and standard error.
+    pieces
+        Cut records into so many pieces, for long or chaotic motions.
+    loss
+        Least squares, or one that feels outliers less.
+    n_starts
+        Look at so many values of the parameters first, spread over the bounds.
+    any_units
+        Take data whose size is out of all proportion to the model's motions.
+    out
+        Write to this folder: the table (fit.csv), all of the result (fit.json, for
+        stickslip.load), the fitted model (model.toml) and a picture (fit.svg, .pdf, .png).
+    force
+        Replace the files of an earlier run.
+    """
+    import stickslip as ss
+
+    model = system.model()
+    names = _names(columns)
+    ranges, known = _ranges("--bounds", bounds), _ranges("--priors", priors)
+    scales = _units(units, model)
+    errors = {"sigma": sigma, "sigma_v": sigma_v}
+    settings = {name: value for name, value in errors.items() if value is not None}
+    data = [ss.read_measurements(path, names, units=scales, **settings) for path in records]
+
+    def found() -> Fit:
+        return ss.fit(
+            model,
+            data,
+            parameters,
+            bounds=ranges,
+            priors=known,
+            pieces=pieces,
+            loss=loss,
+            n_starts=n_starts,
+            check_units=not any_units,
+        )
+
+    if out is None:
+        fitted = found()
+    else:
+        with new_folder(out, (*TABLES, *PICTURES), force=force) as files:
+            fitted = found()
+            _write(fitted, files)
+    _tell(fitted, model, records, out, output)
+    good = fitted.converged and fitted.tells and not fitted.undetermined
+    return DONE if good else COMPUTATION_FAILED
+
+
+def _tell(
+    found: Fit, model: Model, records: Sequence[Path], out: Path | None, output: OutputOptions
+) -> None:
+    if output.json:
+        laws = [str(law) for law in model.laws]
+        asked: dict[str, Any] = {**model.parameters, "friction": laws}
+        asked["records"] = list(map(str, records))
+        print(document("fit", asked, found.table()), end="")
+    elif out is not None:
+        print("\n".join(str(out / name) for name in (*TABLES, *PICTURES)))
+    else:
+        show_table(found.table())
+    for text in (*found.matched, f"chi2 = {found.chi2:.6g} for {found.n_free} free data"):
+        note(text, quiet=output.quiet)
+    if found.message != "converged":
+        note(found.message, quiet=output.quiet)
+
+
+def _write(found: Fit, files: Sequence[Path]) -> None:
+    """Write table, result, model and pictures."""
+    from stickslip.mechanics.model.file import write_model
+
+    found.save(files[0])
+    found.save(files[1])
+    write_model(found.model, files[2])
+    draw_pictures(found.plot, files[3:])
+
+
+def _pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
+    pairs = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not equals or not name or name in pairs:
+            raise UsageError(f"{option} {text}: give each once, such as {example}")
+        pairs[name.strip()] = value.strip()
+    return pairs
+
+
+def _names(columns: Sequence[str]) -> dict[str, list[str]]:
+    """Names of columns; several blocks have several, with commas between."""
+    pairs = _pairs("--columns", columns, "t=time x=position")
+    return {
+        name: [each.strip() for each in text.split(",") if each.strip()]
+        for name, text in pairs.items()
+    }
+
+
+def _ranges(option: str, given: Sequence[str]) -> dict[str, tuple[float, float]]:
+    pairs = _pairs(option, given, "mu=0.1:0.9")
+    return {name: _two(f"{option} {name}={text}", text) for name, text in pairs.items()}
+
+
+def _two(told: str, text: str) -> tuple[float, float]:
+    try:
+        low, high = map(float, text.split(":"))
+    except ValueError:
+        raise UsageError(f"{told}: two numbers are needed, such as mu=0.1:0.9") from None
+    return low, high
+
+
+def _units(given: Sequence[str], model: Model) -> Units | None:
+    if not given:
+        return None
+    if tuple(given) == ("model",):
+        own: Units | None = getattr(model, "units", None)
+        if own is None:
+            raise UsageError("--units model: the model has no [units]; give m=2 k=800 fs1=4")
+        return own
+    from stickslip.mechanics.model.units import Units
+
+    pairs = _pairs("--units", given, "m=2 k=800 fs1=4")
+    if set(pairs) != {"m", "k", "fs1"}:
+        raise UsageError(f"--units {' '.join(given)}: m, k and fs1 are needed: m=2 k=800 fs1=4")
+    try:
+        numbers = {name: float(text) for name, text in pairs.items()}
+    except ValueError:
+        raise UsageError(f"--units {' '.join(given)}: m, k and fs1 are numbers") from None
+    return Units(**numbers)

@@ -1,0 +1,363 @@
+"""Measurements: records of motions, times of events, points of a map, forces over speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias
+
+import numpy as np
+
+from stickslip.checks import finite_number, flag, one_of, real_numbers, shown, whole_number
+from stickslip.results.parts import part
+from stickslip.vocabulary import suggests
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.model.units import Quantity, Units
+    from stickslip.numerics.arrays import Floats
+
+KINDS = ("stick", "slip backward", "slip forward")
+FEWEST = 5  # points of a record: fewer tell no start and nothing else
+
+
+class _Measured:
+    """Checked values in a frozen dataclass, and what they are in other units."""
+
+    _quantities: ClassVar[Mapping[str, Quantity]]
+
+    def to_dimensionless(self, units: Units) -> Self:
+        """Divide measured values by the scales of a model's units.
+
+        Parameters
+        ----------
+        units : Units
+            In the units of the measurement; for `ForcePoints` `fs1` is the static limit of
+            their contact.
+
+        Returns
+        -------
+        Record, EventTimes, MapPoints or ForcePoints
+            The same in the units of the model.
+        """
+        known = {name: getattr(self, name) for name in self._quantities}
+        changed: dict[str, Any] = {
+            name: units.to_dimensionless(self._quantities[name], value)
+            for name, value in known.items()
+            if value is not None
+        }
+        return replace(self, **changed)  # type: ignore[type-var]
+
+    def _store(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+
+@suggests
+@part
+@dataclass(frozen=True, eq=False)
+class Record(_Measured):
+    """Displacements or velocities of blocks, or both, at some times of one motion.
+
+    Parameters
+    ----------
+    t : array_like of float, shape (n,)
+        Times, ascending, n >= 5; the motion starts at the first, that of a forced model at the
+        forcing's time 0.
+    x, v : array_like of float, shape (n,) or (n, k), optional
+        Displacements and velocities of k blocks, at least one of the two.
+    blocks : sequence of int, optional
+        Which blocks they are, counted from 1; without it the first k.
+    sigma, sigma_v : float, optional
+        Standard error of a displacement and of a velocity, > 0; without it the scatter is
+        estimated from the residuals.
+    x0, v0 : array_like of float, shape (N,), optional
+        State that the motion starts from; without it the start is estimated, too.
+    d : float or array_like of float, optional
+        Instead of `x0` and `v0`: the global stick phase that the motion starts from.
+    free_start : bool
+        The start that is given is a guess, and estimated.
+
+    Raises
+    ------
+    ValueError
+        What is not allowed, by name.
+    """
+
+    t: Any
+    x: Any = None
+    v: Any = None
+    blocks: tuple[int, ...] = ()
+    sigma: float | None = None
+    sigma_v: float | None = None
+    x0: Any = None
+    v0: Any = None
+    d: Any = None
+    free_start: bool = False
+    _quantities: ClassVar[Mapping[str, Quantity]] = {
+        "t": "time",
+        **dict.fromkeys(("x", "x0", "d", "sigma"), "displacement"),
+        **dict.fromkeys(("v", "v0", "sigma_v"), "velocity"),
+    }
+
+    def __post_init__(self) -> None:
+        """Check every number."""
+        t = series("t", self.t)
+        if not (np.diff(t) > 0.0).all():
+            k = int(np.argmin(np.diff(t) > 0.0))
+            raise ValueError(
+                f"t[{k + 1}] = {t[k + 1]:.6g} does not come after t[{k}] = {t[k]:.6g}: times "
+                "must ascend. Sort the record, and leave out repeated times."
+            )
+        if len(t) < FEWEST:
+            raise ValueError(f"t has {len(t)} times: a record needs at least {FEWEST}.")
+        if self.x is None and self.v is None:
+            raise ValueError("a record needs x, displacements, or v, velocities, or both")
+        names = [name for name in ("x", "v") if getattr(self, name) is not None]
+        found = {name: columns(name, getattr(self, name), len(t)) for name in names}
+        widths = {values.shape[1] for values in found.values()}
+        if len(widths) > 1:
+            raise ValueError("x and v must be of the same blocks: their shapes differ")
+        n = widths.pop()
+        asked: Any = self.blocks
+        given = list(asked) if np.iterable(asked) else [asked]
+        blocks = tuple(whole_number("blocks", k) for k in given) or tuple(range(1, n + 1))
+        if len(blocks) != n or len(set(blocks)) != n:
+            raise ValueError(f"blocks = {shown(self.blocks)}: {n} are needed, each once")
+        self._store(
+            t=t,
+            **found,
+            blocks=blocks,
+            sigma=_sigma("sigma", self.sigma),
+            sigma_v=_sigma("sigma_v", self.sigma_v),
+            **_start(self),
+        )
+
+    @property
+    def is_weighed(self) -> bool:
+        """Whether all standard errors are given."""
+        pairs = ((self.x, self.sigma), (self.v, self.sigma_v))
+        return all(values is None or sigma is not None for values, sigma in pairs)
+
+    @property
+    def rows(self) -> list[tuple[str, Floats, float]]:
+        """Name, values (n, k) and standard error of what was measured, a guess if not given."""
+        each = (("x", self.x, self.sigma), ("v", self.v, self.sigma_v))
+        return [
+            (name, np.asarray(values), sigma or guessed(np.asarray(values)))
+            for name, values, sigma in each
+            if values is not None
+        ]
+
+
+@suggests
+@part
+@dataclass(frozen=True, eq=False)
+class EventTimes(_Measured):
+    """Times at which a block takes a mode, counted from the start of the motion.
+
+    Parameters
+    ----------
+    times : array_like of float, shape (n,)
+        Ascending: those of the first n such events after the start.
+    kind : {"stick", "slip backward", "slip forward"}
+    block : int
+        Counted from 1.
+    sigma : float, optional
+        As in `Record`.
+    x0, v0, d, free_start
+        Start of the motion, as in `Record`; it must be given, at least as a guess.
+
+    Raises
+    ------
+    ValueError
+        What is not allowed, by name.
+    """
+
+    times: Any
+    kind: Literal["stick", "slip backward", "slip forward"] = "stick"
+    block: int = 1
+    sigma: float | None = None
+    x0: Any = None
+    v0: Any = None
+    d: Any = None
+    free_start: bool = False
+    _quantities: ClassVar[Mapping[str, Quantity]] = {
+        **dict.fromkeys(("times", "sigma"), "time"),
+        **dict.fromkeys(("x0", "d"), "displacement"),
+        "v0": "velocity",
+    }
+
+    def __post_init__(self) -> None:
+        """Check every number."""
+        times = series("times", self.times)
+        if not len(times) or times[0] < 0.0 or not (np.diff(times) > 0.0).all():
+            raise ValueError("times must hold at least one time >= 0, and ascend")
+        one_of("kind", self.kind, KINDS)
+        start = _start(self)
+        if start["x0"] is None and start["d"] is None:
+            raise ValueError(
+                "times of events do not tell where a motion starts: give x0 and v0, "
+                "or d, with free_start=True if they are guesses"
+            )
+        block = whole_number("block", self.block)
+        self._store(times=times, block=block, sigma=_sigma("sigma", self.sigma), **start)
+
+    @property
+    def is_weighed(self) -> bool:
+        """Whether the standard error is given."""
+        return self.sigma is not None
+
+
+@suggests
+@part
+@dataclass(frozen=True, eq=False)
+class MapPoints(_Measured):
+    """Points of an event map: differences in global stick phases, each with that in the next.
+
+    Parameters
+    ----------
+    d : array_like of float, shape (n,)
+        ``X_2 - X_1`` in a global stick phase.
+    value : array_like of float, shape (n,)
+        That of the next one.
+    sigma : float, optional
+        Standard error of `value`, as in `Record`.
+
+    Raises
+    ------
+    ValueError
+        What is not allowed, by name.
+    """
+
+    d: Any
+    value: Any
+    sigma: float | None = None
+    _quantities: ClassVar[Mapping[str, Quantity]] = dict.fromkeys(
+        ("d", "value", "sigma"), "displacement"
+    )
+
+    def __post_init__(self) -> None:
+        """Check every number."""
+        self._store(**_pairs(self, "d", "value"), sigma=_sigma("sigma", self.sigma))
+
+    @property
+    def is_weighed(self) -> bool:
+        """Whether the standard error is given."""
+        return self.sigma is not None
+
+
+@suggests
+@part
+@dataclass(frozen=True, eq=False)
+class ForcePoints(_Measured):
+    """Kinetic friction against slip speed, measured on one contact.
+
+    Parameters
+    ----------
+    speed : array_like of float, shape (n,)
+        Slip speeds >= 0, in the model's units.
+    force : array_like of float, shape (n,)
+        Friction over the static limit of the contact.
+    sigma : float, optional
+        Standard error of `force`, as in `Record`.
+    block : int
+        Contact, counted from 1.
+    forward : bool
+        The slip is forward.
+
+    Raises
+    ------
+    ValueError
+        What is not allowed, by name.
+    """
+
+    speed: Any
+    force: Any
+    sigma: float | None = None
+    block: int = 1
+    forward: bool = False
+    _quantities: ClassVar[Mapping[str, Quantity]] = {
+        "speed": "velocity",
+        **dict.fromkeys(("force", "sigma"), "force"),
+    }
+
+    def __post_init__(self) -> None:
+        """Check every number."""
+        pairs = _pairs(self, "speed", "force")
+        if pairs["speed"].min() < 0.0:
+            raise ValueError(f"speed = {pairs['speed'].min():.6g}: slip speeds are >= 0")
+        block, forward = whole_number("block", self.block), flag("forward", self.forward)
+        self._store(**pairs, sigma=_sigma("sigma", self.sigma), block=block, forward=forward)
+
+    @property
+    def is_weighed(self) -> bool:
+        """Whether the standard error is given."""
+        return self.sigma is not None
+
+
+Data: TypeAlias = Record | EventTimes | MapPoints | ForcePoints
+
+
+def series(name: str, values: object) -> Floats:
+    """Return numbers in a row; ValueError names the first that is not finite."""
+    array = real_numbers(name, values)
+    if array.ndim != 1:
+        raise ValueError(f"{name} has the shape {array.shape}: numbers in a row are needed.")
+    return _finite(name, array)
+
+
+def columns(name: str, values: object, n: int) -> Floats:
+    """Return n rows of numbers, one row per time."""
+    given = real_numbers(name, values)
+    array = given[:, None] if given.ndim == 1 else given
+    if array.ndim != 2 or array.shape[0] != n or not array.shape[1]:
+        raise ValueError(
+            f"{name} has the shape {given.shape}, and there are {n} times: ({n},) or "
+            f"({n}, blocks) is needed."
+        )
+    return _finite(name, array)
+
+
+def _finite(name: str, array: Floats) -> Floats:
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        where = ", ".join(map(str, bad[0]))
+        raise ValueError(
+            f"{name}[{where}] = {array[tuple(bad[0])]!r} is not a finite number ({len(bad)} of "
+            f"{array.size} are not). Leave such rows out."
+        )
+    return array
+
+
+def _pairs(data: Any, first: str, second: str) -> dict[str, Floats]:
+    pair = {name: series(name, getattr(data, name)) for name in (first, second)}
+    if len(pair[first]) != len(pair[second]) or not len(pair[first]):
+        raise ValueError(
+            f"{first} and {second} hold {len(pair[first])} and {len(pair[second])} numbers: as "
+            "many are needed, and at least one."
+        )
+    return pair
+
+
+def _sigma(name: str, value: float | None) -> float | None:
+    return None if value is None else finite_number(name, value, above=0.0)
+
+
+def _start(data: Any) -> dict[str, Any]:
+    """Check where a motion starts: a state, a global stick phase, or nothing."""
+    x0, v0, d = data.x0, data.v0, data.d
+    if (x0 is None) != (v0 is None) or (d is not None and x0 is not None):
+        raise ValueError("give both x0 and v0, or d alone, or none of them")
+    free = flag("free_start", data.free_start) or (x0 is None and d is None)
+    one = {"x0": x0, "v0": v0, "d": d}
+    checked = {
+        name: None if value is None else series(name, np.atleast_1d(real_numbers(name, value)))
+        for name, value in one.items()
+    }
+    return {**checked, "free_start": free}
+
+
+def guessed(values: Floats) -> float:
+    """Hundredth of the scatter of values: a weight where no standard error is given."""
+    spread = float(np.std(values, axis=0).max())
+    return 0.01 * (spread or float(np.abs(values).max()) or 1.0)

@@ -1,0 +1,733 @@
+"""Fitting the parameters of a model to measurements, by least squares with exact derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+from stickslip.checks import (
+    MOST_KEPT,
+    checked_interval,
+    finite_number,
+    flag,
+    grid,
+    instance,
+    one_of,
+    shown,
+    whole_number,
+)
+from stickslip.identification.belonging import check_belongs
+from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
+from stickslip.identification.errors import (
+    HELD,
+    POINTS,
+    REACH,
+    Prediction,
+    Profile,
+    crossings,
+    predict,
+)
+from stickslip.identification.terms import Answer, Term, natural_period, term_of
+from stickslip.mechanics.model.arguments import Model, checked_model, checked_parameter
+from stickslip.results.result import Result
+from stickslip.vocabulary import suggests
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from stickslip.numerics.arrays import Floats
+
+Loss: TypeAlias = Literal["linear", "soft_l1", "huber", "cauchy"]
+LOSSES = ("linear", "soft_l1", "huber", "cauchy")
+# Of the largest singular value of scaled derivatives: what is less determines nothing.
+SINGULAR = 1e-7
+# Share of a direction that is not determined, above which a parameter takes part in it.
+TAKES_PART = 1e-2
+# From one approach to the next pieces become fewer by this factor.
+FEWER = 3
+# Standard error of links between pieces, of the scatter of the record: first, then at the end.
+LOOSE, TIGHT = 1e-2, 1e-4
+# Root mean square of residuals above which a model does not tell its data: in errors that were
+# given, or in hundredths of the scatter where none were.
+POOR, POOR_UNWEIGHED = 2.0, 30.0
+# Spread of starts about the model's parameters; of these the best are followed for some steps.
+ABOUT, KEPT, STEPS = 1.6, 6, 20
+# How much worse one motion may fit than its pieces did before it counts as lost.
+WORSE = 4.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Result):
+    """Parameters with their errors; `fit` makes it.
+
+    Attributes
+    ----------
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
+        With the parameters that fit best.
+    parameters : tuple of str
+    values, standard_errors : ndarray, shape (k,)
+        A standard error is inf where the data cannot tell.
+    intervals : ndarray, shape (k, 2)
+        95 per cent, by Student's distribution.
+    covariance : ndarray, shape (k, k)
+        Of what is determined.
+    start : ndarray, shape (k,)
+        Values that the search began with.
+    undetermined : tuple of str
+        Parameters about which the data say nothing, alone or together.
+    at_bound : tuple of str
+    residuals : ndarray, shape (n,)
+        (model - data) / sigma, one set of data after the other.
+    chi2 : float
+        Sum of their squares.
+    n_free : int
+        Number of data less that of the unknowns.
+    scale : float
+        Factor of the errors that were given or assumed, as estimated from the residuals; 1 where
+        all were given.
+    starts : tuple of ndarray
+        States (displacements, then velocities) that the motions of each set of data start from,
+        where these are estimated, piece after piece; or the differences in global stick.
+    matched : tuple of str
+        What of each set of data was compared.
+    n_evaluations : int
+    converged : bool
+    data : tuple
+    fitted : tuple of ndarray
+        What the model gives for each set of data.
+    pieces : int
+        Of a record in the answer; more than 1 where one motion has lost the data.
+    bounds, priors : ndarray, shape (k, 2)
+        Ranges that were searched; mean and standard error, NaN without a prior.
+    loss : str
+    """
+
+    model: Model
+    parameters: tuple[str, ...]
+    values: Floats
+    standard_errors: Floats
+    intervals: Floats
+    covariance: Floats
+    start: Floats
+    undetermined: tuple[str, ...]
+    at_bound: tuple[str, ...]
+    residuals: Floats
+    chi2: float
+    n_free: int
+    scale: float
+    starts: tuple[Floats, ...]
+    matched: tuple[str, ...]
+    n_evaluations: int
+    converged: bool
+    data: tuple[Any, ...]
+    fitted: tuple[Floats, ...]
+    pieces: int
+    bounds: Floats
+    priors: Floats
+    loss: Loss
+    _column_names: ClassVar = ("parameter", "value", "standard_error", "low", "high", "start")
+    _plot: ClassVar = "identification.plot_fit"
+
+    @property
+    def message(self) -> str:
+        """What to know of the estimates."""
+        told: list[str] = (
+            [] if self.converged else ["the search has not converged: raise max_evaluations"]
+        )
+        if not self.tells:
+            weighed = all(each.is_weighed for each in self.data)
+            size, unit = (1.0, "times their errors") if weighed else (0.01, "of their scatter")
+            told.append(
+                f"the model does not tell these data: residuals are some {self._size * size:.2g} "
+                f"{unit}. Look at units, at what is fixed, at where the search starts"
+            )
+        missed = sum(int(np.sum(~np.isfinite(each))) for each in self.fitted)
+        if missed:
+            told.append(f"{missed} of {len(self.residuals)} data are not met by the model")
+        if self.undetermined:
+            names = ", ".join(self.undetermined)
+            told.append(f"the data cannot tell {names}: fix one, or measure something else")
+        if self.at_bound:
+            told.append(f"{', '.join(self.at_bound)} at a bound: the errors mean little there")
+        return "; ".join(told) or "converged"
+
+    @property
+    def tells(self) -> bool:
+        """Whether residuals are of the size of errors that were given, or small beside the data."""
+        weighed = all(each.is_weighed for each in self.data)
+        return self._size < (POOR if weighed else POOR_UNWEIGHED)
+
+    @property
+    def _size(self) -> float:
+        return float(np.sqrt(self.chi2 / self.n_free))
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlations of the estimates, (k, k); NaN of what is not determined."""
+        errors = np.sqrt(np.diag(self.covariance))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(self.covariance / np.outer(errors, errors))
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion, to compare laws on the same data: less is better."""
+        n = len(self.residuals)
+        misfit = self.chi2 if self.scale == 1.0 else n * float(np.log(self.chi2 / n))
+        return misfit + 2.0 * (n - self.n_free)
+
+    def predict(self, quantity: Callable[[Model], Any]) -> Prediction:
+        """Carry the errors of the estimates to a quantity of the model.
+
+        Parameters
+        ----------
+        quantity : callable
+            Takes a model, returns a float or an array of one shape, such as
+            ``lambda model: ss.equilibria(model)[0].hopf_points[0].V``.
+
+        Returns
+        -------
+        Prediction
+            `value`, `standard_error` and `curvature`, by differences over one standard error along
+            each axis of the covariance.
+
+        Raises
+        ------
+        ValueError
+            The data cannot tell a parameter, or a model that far from the estimates is illegal.
+        """
+        if not callable(quantity):
+            raise ValueError(f"quantity = {shown(quantity)}: a function of a model is needed")
+        if self.undetermined:
+            raise ValueError(f"the data cannot tell {', '.join(self.undetermined)}: no error of it")
+        return predict(self, quantity)
+
+    def profile(self, name: str, values: ArrayLike | None = None) -> Profile:
+        """Fit all other unknowns for each value of one parameter (profile likelihood).
+
+        Parameters
+        ----------
+        name : str
+            Among `parameters`.
+        values : array_like of float, shape (n,), optional
+            Values to go through; nine within three standard errors if not given.
+
+        Returns
+        -------
+        Profile
+
+        Raises
+        ------
+        ValueError
+            An unknown name; no values where the data cannot tell the parameter; a value that is
+            outside the bounds; a fit whose `loss` is not "linear".
+        """
+        if self.loss != "linear":
+            raise ValueError(f"loss = {self.loss!r}: only least squares have a profile")
+        k = self.parameters.index(one_of("name", name, self.parameters))
+        best, error = float(self.values[k]), float(self.standard_errors[k])
+        if values is None:
+            if not np.isfinite(error):
+                raise ValueError(f"the data cannot tell {name}: give the values to go through")
+            low, high = np.clip(best + REACH * error * np.array([-1.0, 1.0]), *self.bounds[k])
+            values = np.linspace(low, high, POINTS)
+        held = np.sort(grid("values", values))
+        if held[0] < self.bounds[k, 0] or held[-1] > self.bounds[k, 1]:
+            raise ValueError(f"values: {name} is in [{self.bounds[k, 0]}, {self.bounds[k, 1]}]")
+        exact = HELD * (error if np.isfinite(error) else np.ptp(held) or abs(best) or 1.0)
+        chi2, others = np.zeros(len(held)), np.zeros((len(held), len(self.parameters)))
+        for side in (np.flatnonzero(held >= best), np.flatnonzero(held < best)[::-1]):
+            now = self
+            for at in side:
+                now = now._held(k, float(held[at]), exact)
+                chi2[at], others[at] = now.chi2 + self._misfit(now.values), now.values
+        rise = np.maximum(chi2 - self.chi2 - self._misfit(self.values), 0.0)
+        root = np.sign(held - best) * np.sqrt(rise) / self.scale
+        return Profile(name, held, others, root, crossings(held, root, best, self._reach))
+
+    def _held(self, k: int, value: float, error: float) -> Fit:
+        """Fit again from here, with a parameter that is all but known."""
+        known = dict(zip(self.parameters, self.priors, strict=True))
+        priors = {name: tuple(pair) for name, pair in known.items() if np.isfinite(pair[0])}
+        bounds = dict(zip(self.parameters, self.bounds, strict=True))
+        name = self.parameters[k]
+        again = fit(
+            self.model.replace(**{name: value}),
+            [self._started(*each) for each in zip(self.data, self.starts, strict=True)],
+            self.parameters,
+            bounds={name: tuple(ends) for name, ends in bounds.items() if np.isfinite(ends).all()},
+            priors={**priors, name: (value, error)},
+            pieces=self.pieces,
+            check_units=False,
+        )
+        return replace(again, bounds=self.bounds, priors=self.priors)
+
+    def _started(self, data: Data, start: Floats) -> Data:
+        """Give data the start that was estimated, as a guess."""
+        if not len(start) or not isinstance(data, Record | EventTimes) or self.pieces > 1:
+            return data
+        if data.d is not None:
+            return replace(data, d=start)
+        n = len(self.model.plant.mass)
+        return replace(data, x0=start[:n], v0=start[n:], free_start=True)
+
+    def _misfit(self, values: Floats) -> float:
+        """Sum of squares of what was known besides."""
+        return float(np.nansum(((values - self.priors[:, 0]) / self.priors[:, 1]) ** 2))
+
+    @property
+    def _reach(self) -> float:
+        """Standard errors on either side of 95 per cent."""
+        from scipy.stats import t as student  # loads linear algebra
+
+        return float(student.ppf(0.975, self.n_free))
+
+    def __repr__(self) -> str:
+        """Headline, estimates, data."""
+        lines = [f"Fit: {self.message}, chi2 = {self.chi2:.6g} for {self.n_free} free data"]
+        width = max(map(len, self.parameters))
+        lines += [
+            f"  {name:{width}s} = {value:.8g} +- {error:.2g}"
+            for name, value, error in zip(
+                self.parameters, self.values, self.standard_errors, strict=True
+            )
+        ]
+        return "\n".join([*lines, *(f"  {text}" for text in self.matched)])
+
+    def _columns(self) -> dict[str, Any]:
+        low, high = self.intervals.T
+        columns = self.parameters, self.values, self.standard_errors, low, high, self.start
+        return dict(zip(self._column_names, columns, strict=True))
+
+
+@suggests
+def fit(
+    model: Model,
+    data: Data | Sequence[Data],
+    parameters: Sequence[str],
+    *,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+    pieces: int | None = None,
+    loss: Loss = "linear",
+    n_starts: int = 1,
+    max_evaluations: int = 200,
+    check_units: bool = True,
+) -> Fit:
+    """Fit parameters of a model to measurements.
+
+    Least squares with derivatives that are exact through all events; the states that records start
+    from are estimated with the parameters.
+
+    Parameters
+    ----------
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure
+        Its parameters are where the search starts; those not listed stay.
+    data : Record, EventTimes, MapPoints or ForcePoints, or several of them
+    parameters : sequence of str
+        Names among ``model.parameters``.
+    bounds : mapping of str to (lo, hi), optional
+        Ranges of parameters. Without, those that the model allows.
+    priors : mapping of str to (mean, standard error), optional
+        What is known of parameters besides.
+    pieces : int, optional
+        Cut each record into so many pieces, each of which starts from a state of its own and
+        leads to the next (multiple shooting): for long or chaotic motions. Without, a record is cut
+        for the first approach only, and then is one motion, unless that loses the data.
+    loss : {"linear", "soft_l1", "huber", "cauchy"}
+        "linear" is least squares; the others feel outliers less (`scipy.optimize.least_squares`).
+    n_starts : int
+        Look at so many values of the parameters first, the model's and others spread over the
+        bounds (without bounds to a factor 1.6 about the model's), and search from the best: where
+        there are many local minima, as for points of a map with jumps. Some hundred are good for
+        two parameters.
+    max_evaluations : int
+        Of the model, in each of the approaches.
+    check_units : bool
+        Refuse data whose size or duration is some hundred times that of the model's motions.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ValueError
+        An unknown parameter, fewer data than unknowns, data that do not belong to the model, or
+        that seem to have other units.
+
+    Notes
+    -----
+    Each residual is a smooth function of the parameters as long as the order of events stays.
+    Where no standard error is given, the scatter is estimated from the residuals.
+
+    Examples
+    --------
+    >>> import numpy as np, stickslip as ss
+    >>> block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.5), damping=0.1)
+    >>> t = np.linspace(0, 40, 400)
+    >>> x = ss.simulate(block, [0.0], [0.0], t_end=40).x(t)
+    >>> record = ss.Record(t, x + np.random.default_rng(1).normal(scale=0.01, size=x.shape))
+    >>> found = ss.fit(block.replace(mu=0.4), record, ["mu"])
+    >>> abs(found.model.friction.mu - 0.5) < 0.01
+    True
+    """
+    model = checked_model(model)
+    given = _listed(data)
+    names = _names(model, parameters)
+    one_of("loss", loss, LOSSES)
+    check_units = flag("check_units", check_units)
+    evaluations = whole_number("max_evaluations", max_evaluations)
+    n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
+    ranges = _ranges(model, names, _by_name("bounds", bounds, names))
+    known = _priors(_by_name("priors", priors, names))
+    for number, each in enumerate(given, start=1):
+        check_belongs(model, each, number, check_units=check_units)
+    spent = 0
+    found: _Stage | None = None
+    for counts, link in _stages(model, given, pieces):
+        now = model if found is None else found.problem.changed(found.unknowns)
+        before = [None] * len(given) if found is None else [a.states for a in found.answers]
+        triples = zip(given, counts, before, strict=True)
+        terms = [term_of(each, now, n, states) for each, n, states in triples]
+        problem = _Problem(now, names, terms, known, link)
+        search = _Search(problem, ranges, loss)
+        begin = search.begin(n_starts if found is None else 1)
+        stage = search.run(begin, evaluations)
+        spent += search.spent
+        if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
+            break  # one motion has lost the data: its pieces have not
+        found = stage
+    assert found is not None
+    return _result(model, found, ranges, given, spent, loss)
+
+
+class _Problem:
+    """All terms as one function of all unknowns: parameters, then the terms' own."""
+
+    def __init__(
+        self,
+        model: Model,
+        names: tuple[str, ...],
+        terms: list[Term],
+        priors: dict[str, tuple[float, float]],
+        link: float,
+    ) -> None:
+        self.model, self.names, self.terms = model, names, terms
+        self.priors, self.link = priors, link
+        own = np.cumsum([len(names), *(len(term.start) for term in terms)])
+        self.own = [slice(a, b) for a, b in pairwise(own.tolist())]
+        self.n_own = int(own[-1]) - len(names)
+        values = np.array([model.parameters[name] for name in names])
+        self.start = np.concatenate([values, *(term.start for term in terms)])
+        self._last: tuple[bytes, list[Answer] | None] = (b"", None)
+        self.refused = ""  # why there was no answer
+        answers = self.answers(self.start)
+        if answers is None:
+            raise ValueError(f"the search cannot start: {self.refused}")
+        n_data = sum(len(each.residuals) for each in answers)
+        n_unknown = len(self.start) - sum(len(each.links) for each in answers)
+        if n_data + len(priors) <= n_unknown:
+            raise ValueError(
+                f"{n_data} data cannot tell {n_unknown} unknowns ({len(names)} parameters, and "
+                "starts of motions): give more data, or fix parameters."
+            )
+
+    def changed(self, unknowns: Floats) -> Model:
+        """Model with the parameters among the unknowns."""
+        return self.model.replace(**dict(zip(self.names, map(float, unknowns), strict=False)))
+
+    def answers(self, unknowns: Floats) -> list[Answer] | None:
+        """Answers of all terms; None where there is no such model, or a start is illegal."""
+        key = unknowns.tobytes()
+        if self._last[0] != key:
+            try:
+                model = self.changed(unknowns)
+                found = [
+                    term.answer(model, self.names, unknowns[own])
+                    for term, own in zip(self.terms, self.own, strict=True)
+                ]
+            except ValueError as error:
+                self._last, self.refused = (key, None), str(error)
+            else:
+                self._last = key, found
+        return self._last[1]
+
+    def residuals(self, unknowns: Floats) -> Floats:
+        """Residuals of the data, the links and the priors."""
+        answers = self.answers(unknowns)
+        if answers is None:
+            legal = self.answers(self.start)
+            assert legal is not None
+            size = sum(len(each.residuals) + len(each.links) for each in legal)
+            return np.full(size + len(self.priors), np.inf)  # the search takes a smaller step
+        known = [
+            (unknowns[self.names.index(name)] - mean) / error
+            for name, (mean, error) in self.priors.items()
+        ]
+        links = [each.links / self.link for each in answers]
+        return np.concatenate([*(each.residuals for each in answers), *links, np.array(known)])
+
+    def jacobian(self, unknowns: Floats) -> Floats:
+        """Differentiate the residuals."""
+        answers = self.answers(unknowns)
+        assert answers is not None  # a trial that is refused is no step
+        n = len(self.names)
+        blocks = []
+        for part, scale in (("jacobian", 1.0), ("link_jacobian", self.link)):
+            for own, each in zip(self.own, answers, strict=True):
+                rows = getattr(each, part) / scale
+                wide = np.zeros((len(rows), len(unknowns)))
+                wide[:, :n], wide[:, own] = rows[:, :n], rows[:, n:]
+                blocks.append(wide)
+        priors = np.zeros((len(self.priors), len(unknowns)))
+        for row, (name, (_, error)) in zip(priors, self.priors.items(), strict=True):
+            row[self.names.index(name)] = 1.0 / error
+        return np.concatenate([*blocks, priors])
+
+
+class _Search:
+    """Least squares of a problem, from the best of several starts."""
+
+    def __init__(self, problem: _Problem, ranges: tuple[Floats, Floats], loss: Loss) -> None:
+        self.problem, self.loss, self.spent = problem, loss, 0
+        free = np.full(problem.n_own, np.inf)
+        self.low, self.high = (
+            np.concatenate([end, sign * free]) for end, sign in zip(ranges, (-1, 1), strict=True)
+        )
+
+    def run(self, begin: Floats, evaluations: int) -> _Stage:
+        """Search from one start."""
+        from scipy.optimize import least_squares  # loads linear algebra
+
+        found = least_squares(
+            self.problem.residuals,
+            np.clip(begin, self.low, self.high),
+            self.problem.jacobian,
+            bounds=(self.low, self.high),
+            x_scale="jac",
+            loss=self.loss,
+            max_nfev=evaluations,
+        )
+        self.spent += int(found.nfev)
+        return _Stage(self.problem, np.asarray(found.x), bool(found.status > 0))
+
+    def begin(self, n_starts: int) -> Floats:
+        """Where to search: the best of the starts, each after a few steps."""
+        given = self.problem.start
+        if n_starts == 1:
+            return given
+        others = self._spread(n_starts - 1)
+        self.spent += len(others)
+        told = sorted(others, key=self._misfit)[:KEPT]
+        stages = [self.run(start, STEPS) for start in (given, *told)]
+        return min(stages, key=lambda stage: stage.chi2).unknowns
+
+    def _spread(self, n: int) -> list[Floats]:
+        """Spread the parameters of starts evenly over their ranges."""
+        k = len(self.problem.names)
+        given = self.problem.start[:k]
+        about = np.sort(given * np.array([[1.0 / ABOUT], [ABOUT]]), axis=0)
+        bounded = np.isfinite(self.low[:k]) & np.isfinite(self.high[:k])
+        low = np.where(bounded, self.low[:k], np.maximum(about[0], self.low[:k]))
+        high = np.where(bounded, self.high[:k], np.minimum(about[1], self.high[:k]))
+        ratio = float(np.roots([1.0, *np.zeros(k - 1), -1.0, -1.0]).real.max())  # x^(k+1) = x + 1
+        shares = np.arange(1, n + 1)[:, None] * ratio ** -np.arange(1.0, k + 1.0) % 1.0
+        rest = self.problem.start[k:]
+        return [np.concatenate([low + share * (high - low), rest]) for share in shares]
+
+    def _misfit(self, unknowns: Floats) -> float:
+        """Badness of a start: what is far off counts little more than what is off."""
+        return float(np.sum(np.log1p(self.problem.residuals(unknowns) ** 2)))
+
+
+class _Stage(NamedTuple):
+    """What an approach has led to."""
+
+    problem: _Problem
+    unknowns: Floats
+    converged: bool
+
+    @property
+    def answers(self) -> list[Answer]:
+        found = self.problem.answers(self.unknowns)
+        assert found is not None
+        return found
+
+    @property
+    def chi2(self) -> float:
+        """Of the data alone."""
+        return float(sum(np.sum(each.residuals**2) for each in self.answers))
+
+
+def _stages(
+    model: Model, data: tuple[Data, ...], pieces: int | None
+) -> list[tuple[list[int], float]]:
+    """Numbers of pieces of each set of data, and how tightly pieces are linked, in turn."""
+    if pieces is not None:
+        n = whole_number("pieces", pieces)
+        if n > 1 and model.plant.is_forced:
+            raise ValueError("pieces: the motion of a forced model is not cut; take pieces=1")
+        counts = [n if isinstance(each, Record) else 1 for each in data]
+        return [(counts, LOOSE), (counts, TIGHT)] if n > 1 else [(counts, 1.0)]
+    counts = [_pieces_of(model, each) if isinstance(each, Record) else 1 for each in data]
+    stages: list[tuple[list[int], float]] = []
+    while max(counts) > 1:
+        stages.append((counts, LOOSE if not stages else TIGHT))
+        counts = [max(n // FEWER, 1) for n in counts]
+    return [*stages, (counts, 1.0)]
+
+
+def _pieces_of(model: Model, record: Record) -> int:
+    """Count the pieces of the first approach: about one for each fast period."""
+    t = np.asarray(record.t)
+    whole = len(record.blocks) == len(model.plant.mass) and model.plant.n_positions
+    if model.plant.is_forced or not whole:
+        return 1
+    return int(np.clip((t[-1] - t[0]) / natural_period(model), 1, max(len(t) // 12, 1)))
+
+
+def _listed(data: Any) -> tuple[Data, ...]:
+    kinds = Record | EventTimes | MapPoints | ForcePoints
+    listed = [data] if isinstance(data, kinds) else list(data) if np.iterable(data) else []
+    what = "a Record, EventTimes, MapPoints or ForcePoints, or several of them"
+    if not listed:
+        raise ValueError(f"data = {shown(data)} is not {what}.")
+    return tuple(instance("data", each, kinds.__args__, what) for each in listed)
+
+
+def _names(model: Model, parameters: Any) -> tuple[str, ...]:
+    listed = (
+        [parameters] if isinstance(parameters, str) or not np.iterable(parameters) else parameters
+    )
+    names = tuple(checked_parameter("parameters", model, name) for name in listed)
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"parameters = {shown(parameters)}: names are needed, each once.")
+    return names
+
+
+def _ranges(
+    model: Model, names: tuple[str, ...], bounds: Mapping[str, tuple[float, float]]
+) -> tuple[Floats, Floats]:
+    """Lowest and highest values of parameters: given, or what the model allows."""
+    low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
+    for k, name in enumerate(names):
+        value = model.parameters[name]
+        if name in bounds:
+            low[k], high[k] = checked_interval(f"bounds[{name!r}]", bounds[name])
+            if not low[k] <= value <= high[k]:
+                raise ValueError(
+                    f"{name} = {value:.6g} of the model, where the search starts, is outside "
+                    f"bounds[{name!r}] = ({low[k]:.6g}, {high[k]:.6g})"
+                )
+            continue
+        beside = 1e-6 * (abs(value) or 1.0)
+        if value >= 0.0 and not _allows(model, name, -beside):
+            low[k] = 0.0 if _allows(model, name, 0.0) else beside
+        if value <= 1.0 and not _allows(model, name, 1.0 + beside):
+            high[k] = 1.0
+    return low, np.maximum(high, np.nextafter(low, np.inf))
+
+
+def _allows(model: Model, name: str, value: float) -> bool:
+    try:
+        model.replace(**{name: value})
+    except ValueError:
+        return False
+    return True
+
+
+def _by_name(what: str, given: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return what is given for some of the parameters that are fitted."""
+    pairs = {} if given is None else instance(what, given, Mapping, "pairs of numbers by name")
+    return {one_of(what, name, names): pair for name, pair in pairs.items()}
+
+
+def _priors(priors: dict[str, Any]) -> dict[str, tuple[float, float]]:
+    known = {}
+    for name, pair in priors.items():
+        if not np.iterable(pair) or len(listed := list(pair)) != 2:
+            raise ValueError(f"priors[{name!r}] = {shown(pair)}: (mean, standard error) is needed")
+        known[name] = (
+            finite_number(f"priors[{name!r}][0]", listed[0]),
+            finite_number(f"priors[{name!r}][1]", listed[1], above=0.0),
+        )
+    return known
+
+
+def _result(
+    model: Model,
+    stage: _Stage,
+    ranges: tuple[Floats, Floats],
+    data: tuple[Data, ...],
+    evaluations: int,
+    loss: Loss,
+) -> Fit:
+    problem, unknowns = stage.problem, stage.unknowns
+    names, n = problem.names, len(problem.names)
+    residuals = np.concatenate([each.residuals for each in stage.answers])
+    n_links = sum(len(each.links) for each in stage.answers)
+    n_free = len(residuals) + n_links + len(problem.priors) - len(unknowns)
+    weighed = all(each.is_weighed for each in data)
+    scale = 1.0 if weighed else float(np.sqrt(stage.chi2 / n_free))
+    covariance, undetermined = _covariance(problem.jacobian(unknowns), names)
+    covariance = covariance * scale**2
+    values = unknowns[:n]
+    errors = np.sqrt(np.diag(covariance))
+    errors[[name in undetermined for name in names]] = np.inf
+    known = [problem.priors.get(name, (np.nan, np.nan)) for name in names]
+    near = 1e-9 * (1.0 + np.abs(values))
+    at_bound = (values - ranges[0] <= near) | (ranges[1] - values <= near)
+    best = problem.changed(unknowns)
+    found = Fit(
+        model=best,
+        parameters=names,
+        values=values,
+        standard_errors=errors,
+        intervals=np.zeros((n, 2)),
+        covariance=covariance,
+        start=np.array([model.parameters[name] for name in names]),
+        undetermined=undetermined,
+        at_bound=tuple(name for name, there in zip(names, at_bound, strict=True) if there),
+        residuals=residuals,
+        chi2=stage.chi2,
+        n_free=n_free,
+        scale=scale,
+        starts=tuple(
+            term.states(best, unknowns[own])
+            for term, own in zip(problem.terms, problem.own, strict=True)
+        ),
+        matched=tuple(each.matched for each in stage.answers),
+        n_evaluations=evaluations,
+        converged=stage.converged,
+        data=data,
+        fitted=tuple(each.fitted for each in stage.answers),
+        pieces=max(term.n_pieces for term in problem.terms),
+        bounds=np.column_stack(ranges),
+        priors=np.array(known),
+        loss=loss,
+    )
+    reach = found._reach * errors
+    return replace(found, intervals=np.column_stack([values - reach, values + reach]))
+
+
+def _covariance(jacobian: Floats, names: tuple[str, ...]) -> tuple[Floats, tuple[str, ...]]:
+    """Covariance of the parameters for unit errors, and those that take part in what is free."""
+    n = len(names)
+    sizes = np.linalg.norm(jacobian, axis=0)
+    felt = sizes > 0.0
+    _, singular, rows = np.linalg.svd(jacobian[:, felt] / sizes[felt], full_matrices=False)
+    kept = singular > SINGULAR * singular[0] if len(singular) else np.zeros(0, dtype=bool)
+    spread = (rows[kept] / singular[kept, None]).T / sizes[felt, None]
+    every = np.zeros((len(sizes), spread.shape[1]))
+    every[felt] = spread
+    free = np.zeros(len(sizes))
+    free[felt] = np.abs(rows[~kept]).max(axis=0, initial=0.0)
+    free[~felt] = 1.0
+    undetermined = tuple(
+        name for name, share in zip(names, free, strict=False) if share > TAKES_PART
+    )
+    return (every @ every.T)[:n, :n], undetermined

@@ -1,0 +1,217 @@
+"""Measurements from CSV files, whose columns have names."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Mapping
+from inspect import signature
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from stickslip.checks import instance, shown
+from stickslip.files import read_text
+from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
+from stickslip.mechanics.friction.values import within
+from stickslip.mechanics.model.units import Units
+from stickslip.vocabulary import closest, did_you_mean
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from stickslip.numerics.arrays import Floats
+
+MOST_BYTES: Final = 2**28
+"""Of a file that instruments write."""
+KINDS: Final[tuple[tuple[type[Any], tuple[str, ...], tuple[str, ...]], ...]] = (
+    (Record, ("t",), ("x", "v")),
+    (ForcePoints, ("speed", "force"), ()),
+    (MapPoints, ("d", "value"), ()),
+    (EventTimes, ("times",), ()),
+)
+"""What is measured: the columns that are needed, and those of which one is."""
+NAMES: Final = tuple(name for _, needed, some in KINDS for name in (*needed, *some))
+SEPARATORS: Final = (",", ";", "\t")
+
+
+def read_measurements(
+    path: str | PathLike[str],
+    columns: Mapping[str, str | Iterable[str]] | None = None,
+    *,
+    units: Units | None = None,
+    **settings: Any,
+) -> Data:
+    r"""Read measurements from a CSV file.
+
+    Parameters
+    ----------
+    path : str or path
+        Text with commas, semicolons or tabulators between numbers with decimal points, and a first
+        line that names the columns; lines that begin with # are left out.
+    columns : mapping of str to str or to several, optional
+        Columns of the file that hold `t`, `x`, `v` (one for each block), or `speed` and
+        `force`, or `d` and `value`, or `times`. Without, those that are called so, or
+        ``x_1, x_2, ...``; an empty list stands for none.
+    units : Units, optional
+        Units of the file, such as SI; without it numbers are those of the model.
+    **settings
+        Further arguments of what is returned, such as `sigma` or `blocks`, in the units of the
+        file.
+
+    Returns
+    -------
+    Record, ForcePoints, MapPoints or EventTimes
+        In the units of the model. Of `t` and `x` or `v` a `Record`, and so on.
+
+    Raises
+    ------
+    ValueError
+        No such columns, a cell that is no finite number, data that are not allowed. The message
+        names file, line and column.
+    OSError
+        The file cannot be read.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile, stickslip as ss
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "contact.csv")
+    >>> _ = path.write_text("v [m/s]; F [N]\n0.1; 3.1\n0.2; 2.7\n")
+    >>> names = {"speed": "v [m/s]", "force": "F [N]"}
+    >>> points = ss.read_measurements(path, names, units=ss.Units(m=2.0, k=8.0, fs1=4.0))
+    >>> points.force
+    array([0.775, 0.675])
+    """
+    if units is not None:
+        instance("units", units, Units, "Units, such as Units(m=2.0, k=8.0, fs1=4.0)")
+    asked = _asked(columns)
+    text = read_text(path, limit=MOST_BYTES)
+    with within(f"{path}: "):
+        header, rows = _cells(text)
+        found = {name: _headed(name, header, asked) for name in NAMES}
+        kind, names = _kind(found, header)
+        values = {name: _numbers(header, rows, found[name]) for name in names}
+        if kind is not Record:
+            values = {name: column[:, 0] for name, column in values.items()}
+        else:
+            values["t"] = values["t"][:, 0]
+            settings = _blocks([found[name] for name in names if name != "t"]) | settings
+        if strange := sorted(set(settings) - set(signature(kind).parameters)):
+            known = [name for name in signature(kind).parameters if name not in values]
+            what = f"{shown(strange[0])} is nothing of {kind.__name__}"
+            raise ValueError(f"{what}, which the columns tell. {did_you_mean(strange[0], known)}")
+        data: Data = kind(**values, **settings)
+    return data if units is None else data.to_dimensionless(units)
+
+
+def _asked(columns: Any) -> dict[str, list[str]]:
+    given = {} if columns is None else instance("columns", columns, Mapping, "pairs of names")
+    asked = {}
+    for name, headers in given.items():
+        if name not in NAMES:
+            raise ValueError(f"columns: {shown(name)} is not measured. {did_you_mean(name, NAMES)}")
+        listed = [headers] if isinstance(headers, str) else headers
+        if not np.iterable(listed) or not all(isinstance(each, str) for each in listed):
+            raise ValueError(f"columns[{name!r}] = {shown(headers)}: names of columns are needed")
+        asked[name] = list(listed)
+    return asked
+
+
+def _cells(text: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Return names of columns, then numbers of lines and their cells."""
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if len(lines) < 2:
+        raise ValueError("a line of names of columns is needed, and lines of numbers below.")
+    first = lines[0][1]
+    separator = max(SEPARATORS, key=first.count)
+    split = csv.reader((line for _, line in lines), delimiter=separator, skipinitialspace=True)
+    try:
+        rows = [[cell.strip() for cell in row] for row in split]
+    except csv.Error as error:
+        raise ValueError(f"not CSV: {error}") from None
+    header = rows[0]
+    if len(rows) != len(lines):
+        raise ValueError("not CSV: a quotation mark is not closed.")
+    if all(_number(cell) is not None for cell in header):
+        raise ValueError(
+            f"line {lines[0][0]} holds numbers: the first line must name the columns, such as t,x"
+        )
+    if len(set(header)) < len(header):
+        twice = next(name for name in header if header.count(name) > 1)
+        raise ValueError(f"two columns have the name {shown(twice)}")
+    for (number, _), row in zip(lines, rows, strict=True):
+        if len(row) != len(header):
+            raise ValueError(
+                f"line {number} has {len(row)} cells, and there are {len(header)} columns"
+            )
+    return header, [(number, row) for (number, _), row in zip(lines[1:], rows[1:], strict=True)]
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+def _headed(name: str, header: list[str], asked: Mapping[str, list[str]]) -> list[str]:
+    """Columns that hold a quantity: those asked for, or those that are called so."""
+    if name not in asked:
+        own = [each for each in header if each == name]
+        return own or [each for each in header if re.fullmatch(rf"{name}_[1-9]\d?", each)]
+    for each in asked[name]:
+        if each not in header:
+            raise ValueError(f"no column {shown(each)}, for {name}. {did_you_mean(each, header)}")
+    return asked[name]
+
+
+def _kind(found: Mapping[str, list[str]], header: list[str]) -> tuple[type[Any], list[str]]:
+    """Return what is measured by the columns that there are, and which those are."""
+    for kind, needed, some in KINDS:
+        there = [name for name in some if found[name]]
+        if all(found[name] for name in needed) and (there or not some):
+            return kind, [*needed, *there]
+    needs = "t with x or v; speed with force; d with value; or times"
+    near = next((told for name in header if (told := closest(name, list(NAMES)))), "")
+    raise ValueError(
+        f"the columns are {', '.join(map(shown, header))}: {needs} is needed. Rename columns, or "
+        f'say which they are: columns={{"t": {header[0]!r}, ...}}. {near}'.rstrip()
+    )
+
+
+def _blocks(named: list[list[str]]) -> dict[str, Any]:
+    """Blocks by the numbers in the names of columns, if they have such."""
+    numbers = [tuple(int(part) for name in names for part in _suffix(name)) for names in named]
+    if all(len(each) == len(names) for each, names in zip(numbers, named, strict=True)):
+        if len(set(numbers)) == 1:
+            return {"blocks": numbers[0]}
+    return {}
+
+
+def _suffix(name: str) -> list[str]:
+    return re.findall(r"^[xv]_([1-9]\d?)$", name)
+
+
+def _numbers(header: list[str], rows: list[tuple[int, list[str]]], names: list[str]) -> Floats:
+    """Return columns of numbers, shape (rows, names)."""
+    places = [header.index(name) for name in names]
+    out = np.empty((len(rows), len(places)))
+    for target, (number, row) in zip(out, rows, strict=True):
+        for k, place in enumerate(places):
+            value = _number(row[place])
+            if value is None:
+                raise ValueError(
+                    f"line {number}, column {shown(header[place])}: {shown(row[place])} is not a "
+                    "number with a decimal point. Lines that are no data begin with #."
+                )
+            if not np.isfinite(value):
+                raise ValueError(
+                    f"line {number}, column {shown(header[place])}: {row[place]} is not a finite "
+                    "number. Leave such lines out."
+                )
+            target[k] = value
+    return out

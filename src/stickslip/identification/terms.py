@@ -1,0 +1,421 @@
+"""What each kind of data says of a model: residuals and their exact derivatives."""
+
+# Rows are (model - data) / sigma; columns those of the parameters, then a term's own unknowns: the
+# states that its motions start from.
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip import status as status_codes
+from stickslip.identification.data import EventTimes, ForcePoints, MapPoints, Record, guessed
+from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.flow.dense import piece_row
+from stickslip.mechanics.flow.system import BACKWARD, FORWARD
+from stickslip.mechanics.flow.trajectory import simulate
+from stickslip.mechanics.friction.code import law_code
+
+if TYPE_CHECKING:
+    from stickslip.mechanics.flow.trajectory import Trajectory
+    from stickslip.mechanics.model.arguments import Model
+    from stickslip.numerics.arrays import Floats
+
+# Least residual, in standard errors, of what a trial does not reach or does not have.
+MISSED = 100.0
+# Standard errors of a velocity within which a block counts as riding.
+SURE = 3.0
+
+
+class Answer(NamedTuple):
+    """Residuals, their derivatives, what the model gives for the data, and links of pieces."""
+
+    residuals: Floats  # (n,)
+    jacobian: Floats  # (n, parameters + own)
+    fitted: Floats
+    links: Floats  # (k,): how far the end of a piece of a motion is from the next
+    link_jacobian: Floats
+    matched: str
+    states: Floats | None = None  # of a record at its times
+
+
+class Term(ABC):
+    """One set of data."""
+
+    start: Floats  # guess of the term's own unknowns
+    n_pieces = 1
+
+    def states(self, model: Model, own: Floats) -> Floats:
+        """States that motions start from, of the term's own unknowns."""
+        return own
+
+    @abstractmethod
+    def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
+        """Compare the data with a model."""
+
+
+def filled(off: Floats) -> Floats:
+    """Give what is missed a residual as large as any; ValueError where all is missed."""
+    known = np.isfinite(off)
+    if not known.any():
+        raise ValueError("nothing of the data is met by the model with the parameters that it has")
+    return np.where(known, off, max(MISSED, float(np.abs(off[known]).max())))
+
+
+def no_links(n_columns: int) -> tuple[Floats, Floats]:
+    """No pieces to be linked."""
+    return np.zeros(0), np.zeros((0, n_columns))
+
+
+class Start:
+    """How a motion starts: what of it is unknown, and the arguments of `simulate`."""
+
+    def __init__(self, data: Record | EventTimes, model: Model) -> None:
+        self.on_belt = data.d is not None
+        self.free = data.free_start
+        self.given: Floats | None = None
+        self.n_positions = len(model.plant.mass)
+        self.names: tuple[str, ...] = ("d",)
+        if self.on_belt:
+            self.given = np.asarray(data.d)
+        else:
+            self.names = ("x0", "v0") if model.plant.n_positions else ("x0",)
+            if data.x0 is not None:
+                self.given = np.concatenate([np.asarray(data.x0), np.asarray(data.v0)])
+
+    def arguments(self, state: Floats, *, on_belt: bool) -> dict[str, Any]:
+        """Arguments of `simulate` for a start."""
+        if on_belt:
+            return {"d": float(state[0]) if len(state) == 1 else state}
+        return {"x": state[: self.n_positions], "v": state[self.n_positions :]}
+
+
+class RecordTerm(Term):
+    """A record, in pieces that each start from a state of its own, the first one unless known."""
+
+    # Where blocks rub on one belt unknown starts hold velocities over that of the belt, so that a
+    # block that rides goes on riding while the belt's speed is sought.
+
+    def __init__(
+        self, data: Record, model: Model, n_pieces: int, states: Floats | None = None
+    ) -> None:
+        self.data, self.model = data, model
+        self.origin = Start(data, model)
+        self.t = np.asarray(data.t)
+        self.begin = 0.0 if model.plant.is_forced else float(self.t[0])
+        self.over_belt = model.plant.rubs_as_one
+        self.n_pieces = n_pieces
+        splits = np.array_split(np.arange(len(self.t)), n_pieces)
+        self.first = [int(split[0]) for split in splits]
+        given = self.origin.given
+        guess = self.state_at if states is None else states.__getitem__
+        later = [self._own(guess(k)) for k in self.first[1:]]
+        self.known = None if self.origin.free else given
+        begin = []
+        if self.origin.free and (states is None or self.origin.on_belt):
+            state = self.state_at(0) if given is None else given
+            begin = [state if self.origin.on_belt else self._own(state)]
+        elif self.origin.free and states is not None:
+            begin = [self._own(states[0])]
+        self.start = np.concatenate([np.zeros(0), *begin, *later])
+        self.size = self._sizes() if n_pieces > 1 else np.ones(0)
+
+    def _own(self, state: Floats) -> Floats:
+        """Take the velocity of the belt out of a state."""
+        return state - self._belt(self.model)
+
+    def states(self, model: Model, own: Floats) -> Floats:
+        """States, each with the velocity of the belt."""
+        first = len(self.origin.given) if self.origin.free and self.origin.on_belt else 0  # type: ignore[arg-type]
+        belt = self._belt(model)
+        rest = own[first:].reshape(-1, len(belt)) + belt
+        return np.concatenate([own[:first], rest.ravel()])
+
+    def _belt(self, model: Model) -> Floats:
+        plant = model.plant
+        speed = plant.V if self.over_belt else np.zeros(plant.n_positions)
+        return np.concatenate([np.zeros(len(plant.mass)), speed])
+
+    def _sizes(self) -> Floats:
+        """Scatter of displacements, then of velocities: scale of the links."""
+        some = range(0, len(self.t), max(len(self.t) // 200, 1))
+        x, v = np.split(np.array([self.state_at(k) for k in some]), 2, axis=1)
+        return np.repeat([max(float(part.std()), 1e-12) for part in (x, v)], x.shape[1])
+
+    @cached_property
+    def _window(self) -> int:
+        """Samples on either side that tell a state."""
+        slow = 0.3 * natural_period(self.model) / (2.0 * np.pi)
+        step = float(np.median(np.diff(self.t)))
+        return int(np.clip(slow / step, 2, (len(self.t) - 1) // 2))
+
+    def state_at(self, k: int) -> Floats:
+        """Guess of the state at a sample, from those near it."""
+        n, order = len(self.model.plant.mass), np.argsort(self.data.blocks)
+        low = int(np.clip(k - self._window, 0, len(self.t) - 2 * self._window - 1))
+        near = slice(low, low + 2 * self._window + 1)
+        t = self.t[near] - self.t[k]
+        found, error = np.zeros((2, n)), np.zeros(n)
+        if self.data.x is not None:
+            found[:], error = polynomial(t, self._x[near][:, order], 2)
+        if self.data.v is not None:
+            found[1], error = polynomial(t, np.asarray(self.data.v)[near][:, order], 1, at=0)
+            if self.data.x is None:
+                found[0] = self._x[k, order]
+        if self.over_belt:  # a block that seems to ride does
+            V = self.model.plant.V
+            found[1] = np.where(np.abs(found[1] - V) <= SURE * error, V, found[1])
+        return found.ravel()
+
+    @cached_property
+    def _x(self) -> Floats:
+        """Displacements: measured, or the integral of velocities about those of sliding."""
+        if self.data.x is not None:
+            return np.asarray(self.data.x)
+        v, plant = np.asarray(self.data.v), self.model.plant
+        steps = 0.5 * (v[1:] + v[:-1]) * np.diff(self.t)[:, None]
+        x = np.concatenate([np.zeros((1, v.shape[1])), np.cumsum(steps, axis=0)])
+        middle = np.zeros(v.shape[1])
+        if plant.rubs_as_one:
+            force = [law.force(abs(V)) for law, V in zip(self.model.laws, plant.V, strict=True)]
+            pull = np.linalg.solve(plant.stiffness, np.sign(plant.V) * plant.static * force)
+            middle = pull[np.array(self.data.blocks) - 1]
+        return np.asarray(x - x.mean(axis=0) + middle)
+
+    def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
+        """Follow the pieces."""
+        n, plant = len(names), model.plant
+        width, n_bodies = n + len(own), len(plant.mass)
+        belt = self._belt(model)
+        place, states = 0, []
+        table = _Rows(self.data, width)
+        links, link_gradients = [np.zeros(0)], [np.zeros((0, width))]
+        end: tuple[Floats, Floats] | None = None
+        for piece, first in enumerate(self.first):
+            last = self.first[piece + 1] if piece + 1 < len(self.first) else len(self.t)
+            free = piece > 0 or self.origin.free
+            on_belt = piece == 0 and self.origin.on_belt
+            size = len(self.origin.given) if on_belt else 2 * n_bodies  # type: ignore[arg-type]
+            state = own[place : place + size] if free else self.known
+            assert state is not None
+            columns = n + place + np.arange(size) if free else np.arange(0)
+            place += size * free
+            shift = belt if free and not on_belt else 0.0
+            begin = self.begin if piece == 0 else float(self.t[first])
+            asked = (*names, *(self.origin.names if on_belt else ("x0", "v0"))) if free else names
+            start = self.origin.arguments(state + shift, on_belt=on_belt)
+            t = self.t[first : last + 1] - begin
+            values, moved = sampled(model, start, asked, t)
+            gradient = np.zeros((*values.shape, width))
+            gradient[..., :n], gradient[..., columns] = moved[..., :n], moved[..., n:]
+            if free and not on_belt and self.over_belt and "V" in names:
+                gradient[..., names.index("V")] += moved[..., n + n_bodies :].sum(axis=-1)
+            if end is not None:
+                off, slope = end[0] - (state + shift), end[1].copy()
+                slope[np.arange(size), columns] -= 1.0
+                if self.over_belt and "V" in names:
+                    slope[n_bodies:, names.index("V")] -= 1.0
+                links.append(np.nan_to_num(off / self.size, nan=MISSED))
+                link_gradients.append(np.nan_to_num(slope / self.size[:, None]))
+            table.add(slice(first, last), values, gradient)
+            states.append(values[: last - first])
+            end = (values[-1], gradient[-1]) if last < len(self.t) else None
+        residuals, jacobian, fitted = table.joined()
+        told = f" in {len(self.first)} pieces" * (len(self.first) > 1)
+        return Answer(
+            *(residuals, jacobian, fitted, np.concatenate(links), np.concatenate(link_gradients)),
+            f"{len(residuals)} values of a record{told}",
+            np.concatenate(states),
+        )
+
+
+class _Rows:
+    """Residuals of a record and their derivatives, piece by piece."""
+
+    def __init__(self, data: Record, width: int) -> None:
+        self.data, self.width = data, width
+        self.parts: dict[str, list[tuple[Floats, Floats, Floats]]] = {}
+
+    def add(self, rows: slice, values: Floats, gradient: Floats) -> None:
+        """Compare states (times, 2 N) with a part of the record."""
+        n = values.shape[1] // 2
+        count = rows.stop - rows.start
+        for name, data, sigma in self.data.rows:
+            index = np.array(self.data.blocks) - 1 + n * (name == "v")
+            here = values[:count, index]
+            off = (here - data[rows]) / sigma
+            slope = np.nan_to_num(gradient[:count, index] / sigma, posinf=0.0, neginf=0.0)
+            lost = ~np.isfinite(off)
+            slope[lost] = 0.0
+            off = filled(off)
+            part = off.ravel(), slope.reshape(-1, self.width), here.ravel()
+            self.parts.setdefault(name, []).append(part)
+
+    def joined(self) -> tuple[Floats, Floats, Floats]:
+        """Return residuals, derivatives and what the model gives: of displacements first."""
+        parts = [part for each in self.parts.values() for part in each]
+        residuals, slopes, fitted = zip(*parts, strict=True)
+        return np.concatenate(residuals), np.concatenate(slopes), np.concatenate(fitted)
+
+
+def polynomial(t: Floats, values: Floats, degree: int, at: int = 1) -> tuple[Floats, Floats]:
+    """Fit polynomials; coefficients up to `at` (or that alone if 0), and the error of the last."""
+    powers = np.vander(t, degree + 1, increasing=True)
+    found = np.asarray(np.linalg.lstsq(powers, values)[0], dtype=np.float64)
+    spare = max(len(t) - degree - 1, 1)
+    scatter = np.sqrt(np.sum((values - powers @ found) ** 2, axis=0) / spare)
+    error: Floats = scatter * np.sqrt(np.linalg.pinv(powers.T @ powers)[at, at])
+    return found[: at + 1] if at else found[0], error
+
+
+def sampled(
+    model: Model, start: dict[str, Any], names: tuple[str, ...], t: Floats
+) -> tuple[Floats, Floats]:
+    """Return states (times, 2 N), NaN beyond the end of the motion, and their derivatives."""
+    motion = simulate(model, **start, t_end=float(t[-1]))
+    by = motion.derivative(*names)
+    inside = t <= motion.t[-1]
+    values = np.full((len(t), 2 * len(model.plant.mass)), np.nan)
+    values[inside] = np.concatenate([motion.x(t[inside]), motion.v(t[inside])], axis=-1)
+    return values, np.concatenate(by.states(t), axis=1)
+
+
+class EventTerm(Term):
+    """Times of events of one kind, the first with the first."""
+
+    def __init__(self, data: EventTimes, model: Model) -> None:
+        self.data = data
+        self.origin = Start(data, model)
+        assert self.origin.given is not None
+        self.start = self.origin.given if self.origin.free else np.zeros(0)
+        self.sigma = data.sigma or 0.01 * float(np.asarray(data.times)[-1])
+
+    def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
+        """Follow the motion until it has had as many events, or far beyond the last."""
+        data = self.data
+        times = np.asarray(data.times)
+        given = self.origin.given
+        assert given is not None
+        state = own if self.origin.free else given
+        asked = (*names, *self.origin.names) if self.origin.free else names
+        motion = self._long_enough(model, state, len(times))
+        chosen = [
+            k
+            for k, event in enumerate(motion.events)
+            if event.block == data.block and event.kind == data.kind
+        ][: len(times)]
+        by = motion.derivative(*asked)
+        fitted = np.full(len(times), np.nan)
+        fitted[: len(chosen)] = [motion.events[k].time for k in chosen]
+        gradient = np.zeros((len(times), len(asked)))
+        gradient[: len(chosen)] = np.nan_to_num(by.event_times[chosen])
+        off = (fitted - times) / self.sigma
+        width = len(names) + len(own)
+        return Answer(
+            filled(off),
+            gradient / self.sigma,
+            fitted,
+            *no_links(width),
+            f"{len(chosen)} of {len(times)} events: block {data.block}, {data.kind}",
+        )
+
+    def _long_enough(self, model: Model, state: Floats, n: int) -> Trajectory:
+        end = float(np.asarray(self.data.times)[-1])
+        for more in (1.2, 2.0, 4.0):
+            motion = simulate(
+                model,
+                **self.origin.arguments(state, on_belt=self.origin.on_belt),
+                t_end=more * end + 1.0,
+            )
+            kinds = [(event.block, event.kind) for event in motion.events]
+            enough = kinds.count((self.data.block, self.data.kind)) >= n
+            if enough or motion.status != status_codes.OK:
+                break
+        return motion
+
+
+class MapTerm(Term):
+    """Points of an event map."""
+
+    def __init__(self, data: MapPoints) -> None:
+        self.data = data
+        self.start = np.zeros(0)
+        self.sigma = data.sigma or guessed(np.asarray(data.value)[:, None])
+
+    def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
+        """Evaluate the map."""
+        f: Any = event_map(model)
+        low, high = f.domain
+        d, value = np.asarray(self.data.d), np.asarray(self.data.value)
+        inside = (d >= low) & (d <= high)
+        fitted = np.full(len(d), np.nan)
+        fitted[inside] = f(d[inside])
+        gradient = np.zeros((len(d), len(names)))
+        for column, name in enumerate(names):
+            gradient[inside, column] = np.nan_to_num(f.parameter_derivative(d[inside], name))
+        off = (fitted - value) / self.sigma
+        known = np.isfinite(off)
+        return Answer(
+            filled(off),
+            gradient / self.sigma,
+            fitted,
+            *no_links(len(names) + len(own)),
+            f"{known.sum()} of {len(d)} points of the event map",
+        )
+
+
+class ForceTerm(Term):
+    """Friction forces over slip speeds."""
+
+    def __init__(self, data: ForcePoints) -> None:
+        self.data = data
+        self.start = np.zeros(0)
+        self.sigma = data.sigma or guessed(np.asarray(data.force)[:, None])
+
+    def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
+        """Evaluate the law."""
+        data, block = self.data, self.data.block - 1
+        law = model.laws[block]
+        s, force = np.asarray(data.speed), np.asarray(data.force)
+        fitted = law.force(s, forward=data.forward)
+        by_own = law_gradients(model, block, s, data.forward)
+        gradient = np.zeros((len(s), len(names)))
+        for column, name in enumerate(names):
+            for where, own_name in model.law_parameters.get(name, ()):
+                if where == block:
+                    gradient[:, column] = by_own[own_name]
+        return Answer(
+            (fitted - force) / self.sigma,
+            gradient / self.sigma,
+            fitted,
+            *no_links(len(names) + len(own)),
+            f"{len(s)} forces of block {data.block}",
+        )
+
+
+def law_gradients(model: Model, block: int, s: Floats, forward: bool) -> dict[str, Floats]:
+    """Differentiate the law of a contact at speeds by each of its parameters."""
+    code, law = law_code(model.laws), model.laws[block]
+    rows, mode = code.parameter_rows(model.laws), FORWARD if forward else BACKWARD
+    out = np.zeros((len(s), code.N_PARAMETERS))
+    for speed, each in zip(s, out, strict=True):
+        code.gradient(rows[piece_row(rows, block, speed)], mode, speed, each)
+    return {name: out[:, code.parameter_index(law, name)] for name in law.parameters}
+
+
+def natural_period(model: Model) -> float:
+    """Period of the fastest oscillation of the plant without friction."""
+    rates = np.linalg.eigvals(model.plant.reduced.flow)
+    return float(2.0 * np.pi / max(np.abs(rates).max(), 1e-12))
+
+
+def term_of(data: Any, model: Model, n_pieces: int, states: Floats | None = None) -> Term:
+    """Make the term of some data; `states` of a record are known from an earlier approach."""
+    if isinstance(data, Record):
+        return RecordTerm(data, model, n_pieces, states)
+    if isinstance(data, EventTimes):
+        return EventTerm(data, model)
+    return MapTerm(data) if isinstance(data, MapPoints) else ForceTerm(data)

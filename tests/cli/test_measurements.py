@@ -1,0 +1,86 @@
+"""``stickslip fit``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.cli import main
+from stickslip.cli.process import BAD_USAGE, COMPUTATION_FAILED, DONE, REFUSED
+
+UNITS = ss.Units(m=2.0, k=800.0, fs1=4.0)
+TRUE = ss.Oscillator(V=0.2, friction=ss.Stribeck(mu=0.5, speed=0.3), damping=0.1)
+PHYSICAL = ["--columns", "t=time [s]", "x=pos [m]", "--units", "m=2", "k=800", "fs1=4"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a model to start from, a record in metres and seconds, and forces."""
+    monkeypatch.chdir(tmp_path)
+    ss.write_model(TRUE.replace(mu=0.4, speed=0.4), "mine.toml")
+    t = np.linspace(0.0, 40.0, 400)
+    noise = 0.005 * np.random.default_rng(1).normal(size=t.size)
+    x = ss.simulate(TRUE, [0.0], [0.0], t_end=40).x(t)[:, 0] + noise
+    rows = zip(UNITS.to_physical("time", t), UNITS.to_physical("displacement", x), strict=True)
+    lines = ["time [s],pos [m]", *(f"{a!r},{b!r}" for a, b in np.array(list(rows)).tolist())]
+    Path("record.csv").write_text("\n".join(lines), encoding="utf-8")
+    s = np.linspace(0.01, 1.5, 20)
+    lines = [
+        f"{a!r},{b!r}" for a, b in zip(s.tolist(), TRUE.friction.force(s).tolist(), strict=True)
+    ]
+    Path("forces.csv").write_text("\n".join(["speed,force", *lines]), encoding="utf-8")
+    return tmp_path
+
+
+FIT = ["--model", "mine.toml", "--parameters", "mu", "speed"]
+
+
+def test_a_record_in_si_units_is_fitted(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = ["fit", "record.csv", *FIT, *PHYSICAL, "--sigma", "2.5e-5", "--out", "fitted"]
+    assert main(given) == DONE
+    out, err = capsys.readouterr()
+    names = ("fit.csv", "fit.json", "model.toml", "fit.svg", "fit.pdf", "fit.png")
+    assert out.split() == [f"fitted/{name}" for name in names]
+    assert "400 values of a record" in err
+    found = ss.load("fitted/fit.json")
+    assert found.scale == 1.0
+    off = found.values - [0.5, 0.3]
+    assert (np.abs(off) < 4.0 * found.standard_errors).all()
+    assert ss.read_model("fitted/model.toml") == found.model
+    assert (here / "fitted" / "fit.png").stat().st_size > 1000
+    assert main(given) == REFUSED
+    assert "fitted/fit.csv exists" in capsys.readouterr().err
+
+
+def test_json_of_a_law_from_forces(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    more = ["--bounds", "mu=0.1:0.9", "--priors", "speed=0.3:0.1", "--n-starts", "8"]
+    assert main(["fit", "forces.csv", *FIT, *more, "--sigma", "0.01", "--json"]) == DONE
+    document = json.loads(capsys.readouterr().out)
+    assert document["result"]["parameter"] == ["mu", "speed"]
+    np.testing.assert_allclose(document["result"]["value"], [0.5, 0.3], rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "code", "told"),
+    [
+        (["forces.csv", *FIT, "--columns", "t"], BAD_USAGE, "--columns t: give each once"),
+        (["forces.csv", *FIT, "--columns", "speed=s"], BAD_USAGE, "no column 's', for speed"),
+        (["forces.csv", *FIT, "--units", "m=2"], BAD_USAGE, "m, k and fs1 are needed"),
+        (["forces.csv", *FIT, "--units", "m=2", "k=x", "fs1=1"], BAD_USAGE, "are numbers"),
+        (["forces.csv", *FIT, "--units", "model"], BAD_USAGE, r"the model has no [units]"),
+        (["forces.csv", *FIT, "--bounds", "mu=0.1"], BAD_USAGE, "two numbers are needed"),
+        (["forces.csv", *FIT, "--sigma-v", "0.1"], BAD_USAGE, "sigma_v"),
+        (["none.csv", *FIT], BAD_USAGE, "cannot use none.csv"),
+        (["record.csv", *FIT, *PHYSICAL[:3]], BAD_USAGE, "Are both in the same units?"),
+        (["record.csv", *FIT, *PHYSICAL[:3], "--any-units"], COMPUTATION_FAILED, "does not tell"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told(
+    here: Path, capsys: pytest.CaptureFixture[str], given: list[str], code: int, told: str
+) -> None:
+    assert main(["fit", *given]) == code
+    assert told in capsys.readouterr().err

@@ -1,0 +1,378 @@
+"""Known parameters from synthetic measurements, what data cannot tell, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.identification.terms import term_of
+
+BLOCK = ss.Oscillator(V=0.2, friction=ss.Stribeck(mu=0.5, speed=0.3), damping=0.1)
+T = np.linspace(0.0, 60.0, 600)
+
+
+def noisy(values: np.ndarray, seed: int = 1, share: float = 0.01) -> tuple[np.ndarray, float]:
+    """Values with normal errors, and their standard error: a share of the scatter."""
+    sigma = share * float(values.std())
+    rng = np.random.default_rng(seed)
+    return values + rng.normal(scale=sigma, size=values.shape), sigma
+
+
+def record(model, seed: int = 1, **start) -> ss.Record:  # type: ignore[no-untyped-def,name-defined]
+    x, sigma = noisy(ss.simulate(model, t_end=T[-1], **start).x(T), seed)
+    return ss.Record(T, x, sigma=sigma)
+
+
+def inside(found, true: dict[str, float], times: float = 4.0) -> bool:  # type: ignore[no-untyped-def]
+    """Whether all estimates are within some standard errors of the true values."""
+    off = found.values - np.array([true[name] for name in found.parameters])
+    return bool((np.abs(off) < times * found.standard_errors).all())
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3])
+def test_an_oscillator_is_recovered_from_thirty_per_cent_off(factor: float) -> None:
+    names = ("mu", "speed", "damping")
+    true = {name: BLOCK.parameters[name] for name in names}
+    begun = BLOCK.replace(**{name: factor * value for name, value in true.items()})
+    found = ss.fit(begun, record(BLOCK, x=[0.0], v=[0.0]), names)
+    assert found.converged
+    assert inside(found, true)
+    assert 0.8 < found.chi2 / found.n_free < 1.2
+    assert found.scale == 1.0
+    assert found.message == "converged"
+
+
+def test_two_blocks_are_recovered_with_the_speed_of_the_belt() -> None:
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
+    true = {"mu": 0.3, "beta": 1.3, "V": 0.1}
+    begun = model.replace(mu=0.25, beta=1.2, V=0.11)
+    found = ss.fit(begun, record(model, d=0.1), tuple(true))
+    assert inside(found, true)
+    assert 0.8 < found.chi2 / found.n_free < 1.2
+
+
+def test_velocities_of_one_block_with_a_known_start() -> None:
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
+    v, sigma = noisy(ss.simulate(model, d=0.1, t_end=60).v(T)[:, 1:])
+    data = ss.Record(T, v=v, sigma_v=sigma, blocks=(2,), d=0.1)
+    found = ss.fit(model.replace(mu=0.31), data, ["mu", "beta"])
+    assert inside(found, {"mu": 0.3, "beta": 1.3})
+
+
+def test_a_forced_oscillator_from_velocities() -> None:
+    forcing = ss.Harmonic(amplitude=1.5, frequency=0.7)
+    model = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2, forcing=forcing)
+    v, sigma = noisy(ss.simulate(model, [0.2], [0.3], t_end=60).v(T))
+    data = ss.Record(T, v=v, sigma_v=sigma, x0=[0.2], v0=[0.3])
+    found = ss.fit(model.replace(mu=0.6, damping=0.15), data, ["mu", "damping"])
+    assert inside(found, {"mu": 0.5, "damping": 0.2})
+
+
+def test_times_of_events() -> None:
+    model = ss.examples.coulomb()
+    motion = ss.simulate(model, d=0.1, t_end=200)
+    exact = [e.time for e in motion.events if e.block == 1 and e.kind == "stick"]
+    times = np.array(exact) + np.random.default_rng(2).normal(scale=0.05, size=len(exact))
+    data = ss.EventTimes(times, "stick", block=1, sigma=0.05, d=0.1)
+    found = ss.fit(model.replace(V=0.0368, mu=0.221), data, ["V", "mu"])
+    assert inside(found, {"V": 0.0366, "mu": 0.22})
+    assert found.matched == (f"{len(exact)} of {len(exact)} events: block 1, stick",)
+
+
+def test_a_chaotic_motion_from_fifty_points_of_its_map() -> None:
+    model = ss.examples.law9()
+    orbit = ss.event_map(model).iterate(0.38, 50)
+    values, sigma = noisy(orbit[1:], share=0.01)
+    data = ss.MapPoints(orbit[:-1], values, sigma=sigma)
+    found = ss.fit(model.replace(gamma=2.9, alpha=1.22), data, ["gamma", "alpha"])
+    assert inside(found, {"gamma": 3.0, "alpha": model.alpha})
+
+
+def test_forces_over_speeds_and_a_record_together() -> None:
+    s = np.linspace(0.01, 1.5, 40)
+    force, sigma = noisy(BLOCK.friction.force(s))
+    points = ss.ForcePoints(s, force, sigma=sigma)
+    law_alone = ss.fit(BLOCK.replace(mu=0.3, speed=0.5), points, ["mu", "speed"])
+    both = ss.fit(
+        BLOCK.replace(mu=0.45), [points, record(BLOCK, x=[0.0], v=[0.0])], ["mu", "speed"]
+    )
+    true = {"mu": 0.5, "speed": 0.3}
+    assert inside(law_alone, true)
+    assert inside(both, true)
+    assert (both.standard_errors < law_alone.standard_errors).all()
+    assert len(both.matched) == 2
+    other = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3.0), damping=0.1)
+    assert ss.fit(other, points, ["gamma"]).aic > law_alone.aic + 10.0
+
+
+@pytest.mark.parametrize("pieces", [1, 4])
+def test_jacobians_are_the_limits_of_differences(pieces: int) -> None:
+    data = record(BLOCK, x=[0.0], v=[0.0])
+    term = term_of(data, BLOCK, pieces)
+    names, values = ("mu", "V"), np.array([0.5, 0.2])
+
+    def answer(unknowns: np.ndarray):  # type: ignore[no-untyped-def]
+        model = BLOCK.replace(mu=float(unknowns[0]), V=float(unknowns[1]))
+        return term.answer(model, names, unknowns[2:])
+
+    here = np.concatenate([values, term.start])
+    found = answer(here)
+    step = 1e-6
+    for part, slope in (("residuals", found.jacobian), ("links", found.link_jacobian)):
+        for k in range(len(here) if slope.size else 0):
+            unit = step * np.eye(len(here))[k]
+            high, low = (getattr(answer(here + sign * unit), part) for sign in (1, -1))
+            off = np.abs(slope[:, k] - (high - low) / (2 * step))
+            # A riding block that is pushed lands at once, having gone the push squared over how
+            # far its force is from the limit: a difference is of the order of the push.
+            rides = part == "residuals" and not slope[:, k].any()
+            size = 1e-5 * (1.0 + np.abs(slope[:, k]).max()) + rides * 20.0 * step / data.sigma
+            assert np.mean(off > size) <= 0.02, (part, k)  # an event may be between samples
+
+
+def test_what_the_data_cannot_tell_is_said() -> None:
+    resting = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.5), damping=0.1)
+    t = np.linspace(0.0, 3.0, 30)  # it rides all the time
+    x = ss.simulate(resting, [0.0], [0.2], t_end=3.0).x(t)
+    data = ss.Record(t, x, sigma=0.01, x0=[0.0], v0=[0.2])
+    found = ss.fit(resting.replace(mu=0.4), data, ["mu"])
+    assert found.undetermined == ("mu",)
+    assert np.isinf(found.standard_errors).all()
+    assert "cannot tell mu" in found.message
+    known = ss.fit(resting, data, ["mu"], priors={"mu": (0.45, 0.02)})
+    assert known.undetermined == ()
+    np.testing.assert_allclose(known.values, [0.45], rtol=1e-6)
+    np.testing.assert_allclose(known.standard_errors, [0.02], rtol=1e-6)
+
+
+def test_without_standard_errors_the_scatter_is_estimated() -> None:
+    weighed = record(BLOCK, x=[0.0], v=[0.0])
+    bare = ss.Record(T, weighed.x)
+    one, other = (ss.fit(BLOCK, data, ["mu", "speed"]) for data in (weighed, bare))
+    np.testing.assert_allclose(other.values, one.values, rtol=1e-4)
+    np.testing.assert_allclose(other.standard_errors, one.standard_errors, rtol=0.1)
+
+
+def test_what_the_model_does_not_reach_is_told() -> None:
+    model = ss.examples.coulomb()
+    few = ss.simulate(model, d=0.1, t_end=30)
+    times = [e.time for e in few.events if e.block == 1 and e.kind == "stick"]
+    with pytest.raises(ValueError, match="nothing of the data"):  # nothing ever slips forward
+        ss.fit(model, ss.EventTimes(times, "slip forward", d=0.1), ["mu"])
+    orbit = ss.event_map(model).iterate(0.1, 20)
+    d = np.append(orbit[:-1], 5.0)  # no d of the model
+    found = ss.fit(model, ss.MapPoints(d, np.append(orbit[1:], 0.1), sigma=1e-3), ["mu"])
+    assert "1 of 21 data are not met" in found.message
+
+
+def test_bounds_hold_and_are_told() -> None:
+    found = ss.fit(
+        BLOCK.replace(mu=0.3), record(BLOCK, x=[0.0], v=[0.0]), ["mu"], bounds={"mu": (0.1, 0.4)}
+    )
+    assert found.at_bound == ("mu",)
+    assert "at a bound" in found.message
+    with pytest.raises(ValueError, match="outside"):
+        ss.fit(BLOCK, record(BLOCK, x=[0.0], v=[0.0]), ["mu"], bounds={"mu": (0.1, 0.4)})
+
+
+GOOD = np.linspace(0.0, 9.0, 10)
+
+
+@pytest.mark.parametrize(
+    ("told", "make"),
+    [
+        (r"x\[3, 0\] = .*nan", lambda: ss.Record(GOOD, np.where(GOOD == 3, np.nan, GOOD))),
+        (r"t\[5\] = 4 does not come after t\[4\] = 5",
+         lambda: ss.Record([0, 1, 2, 3, 5, 4, 6], np.zeros(7))),
+        (r"x has the shape \(9,\)", lambda: ss.Record(GOOD, np.zeros(9))),
+        ("at least 5", lambda: ss.Record([0.0, 1.0], [0.0, 1.0])),
+        ("needs x", lambda: ss.Record(GOOD)),
+        ("sigma = -1", lambda: ss.Record(GOOD, GOOD, sigma=-1.0)),
+        ("blocks", lambda: ss.Record(GOOD, GOOD, blocks=(1, 2))),
+        ("both x0 and v0", lambda: ss.Record(GOOD, GOOD, x0=[0.0])),
+        ("do not tell where", lambda: ss.EventTimes([1.0, 2.0])),
+        ("ascend", lambda: ss.EventTimes([2.0, 1.0], d=0.1)),
+        ("hold 2 and 3 numbers", lambda: ss.MapPoints([0.1, 0.2], [0.1, 0.2, 0.3])),
+        ("speed = -0.1", lambda: ss.ForcePoints([-0.1], [0.3])),
+    ],
+)  # fmt: skip
+def test_bad_data_are_refused_by_name(told: str, make) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(ValueError, match=told):
+        make()
+
+
+def test_data_that_do_not_belong_to_the_model_are_refused() -> None:
+    good = record(BLOCK, x=[0.0], v=[0.0])
+    two = ss.examples.coulomb()
+    speeds = np.array([0.01, 0.1, 1.0])
+    cases = [
+        (two, good, ["mu"], "not measured"),
+        (BLOCK, ss.Record(T, good.x, blocks=(2,)), ["mu"], "block 2 is not one"),
+        (BLOCK, ss.MapPoints([0.1], [0.2]), ["mu"], "two blocks"),
+        (BLOCK, good, ["sped"], "Did you mean 'speed'"),
+        (BLOCK, good, [], "each once"),
+        (BLOCK, [], ["mu"], "data = "),
+        (BLOCK, ss.ForcePoints([0.1], [0.5]), ["mu", "speed"], "1 data cannot tell 2 unknowns"),
+        (BLOCK, ss.Record(T[:5], np.asarray(good.x)[:5]), ["mu", "speed", "damping"],
+         "5 data cannot tell 5 unknowns"),
+        (BLOCK, ss.ForcePoints(speeds, 1000.0 * BLOCK.friction.force(speeds)), ["mu"], "forces"),
+        (BLOCK, ss.ForcePoints(1000.0 * speeds, speeds), ["mu"], "speeds reach 1000, .* are some"),
+        (BLOCK, ss.ForcePoints(1e-3 * speeds, 1.0 - 0.1 * speeds), ["mu"], "speeds reach 0.001"),
+    ]  # fmt: skip
+    for model, data, names, told in cases:
+        with pytest.raises(ValueError, match=told):
+            ss.fit(model, data, names)
+
+
+@pytest.mark.parametrize("factor", [1000.0, 0.001])
+def test_units_that_are_wrong_by_a_thousand_are_told(factor: float) -> None:
+    good = record(BLOCK, x=[0.0], v=[0.0])
+    x, v = np.asarray(good.x), ss.simulate(BLOCK, [0.0], [0.0], t_end=T[-1]).v(T)
+    long = np.linspace(0.0, 2000.0, 20000)  # a thousandth of it is one period
+    later = ss.simulate(BLOCK, [0.0], [0.0], t_end=long[-1]).x(long)
+    two = ss.examples.coulomb()
+    orbit = ss.event_map(two).iterate(0.1, 20)
+    motion = ss.simulate(two, d=0.1, t_end=200)
+    times = np.array([e.time for e in motion.events if e.block == 1 and e.kind == "stick"])
+    cases = [
+        (BLOCK, ss.Record(T, factor * x), "x reaches .* same units"),
+        (BLOCK, ss.Record(T, v=factor * v), "v reaches .* same units"),
+        (BLOCK, ss.Record(factor * T, x), "it lasts .* same units"),
+        (BLOCK, ss.Record(factor * long, later), "it lasts|an oscillation takes some"),
+        (two, ss.EventTimes(factor * times, d=0.1), "from one event to the next"),
+        (two, ss.MapPoints(factor * orbit[:-1], factor * orbit[1:]), "d reaches"),
+    ]
+    for model, data, told in cases:
+        with pytest.raises(ValueError, match=told):
+            ss.fit(model, data, ["mu"])
+    slow = ss.Oscillator(V=0.2 * factor, friction=BLOCK.friction, damping=0.1)
+    with pytest.raises(ValueError, match=r"x changes by|v reaches|x reaches"):
+        ss.fit(slow, ss.Record(T, x, v=factor * v), ["mu"])
+
+
+def test_physical_units_are_divided_out() -> None:
+    units = ss.Units(m=2.0, k=8.0, fs1=4.0)
+    good = record(BLOCK, x=[0.0], v=[0.0])
+    t, x = units.to_physical("time", good.t), units.to_physical("displacement", good.x)
+    physical = ss.Record(t, x, sigma=float(units.to_physical("displacement", good.sigma)))
+    back = physical.to_dimensionless(units)
+    np.testing.assert_allclose(back.t, good.t, rtol=1e-14)
+    np.testing.assert_allclose(back.x, good.x, rtol=1e-14)
+    assert back.sigma == pytest.approx(good.sigma, rel=1e-14)
+    points = ss.ForcePoints([0.5], [2.0]).to_dimensionless(units)
+    assert (points.speed[0], points.force[0]) == (0.5, 0.5)
+
+
+def test_a_fit_is_a_result() -> None:
+    s = np.linspace(0.01, 1.5, 40)
+    force, sigma = noisy(BLOCK.friction.force(s))
+    found = ss.fit(BLOCK, ss.ForcePoints(s, force, sigma=sigma), ["mu", "speed"])
+    assert list(found.table()["parameter"]) == ["mu", "speed"]
+    low, high = found.intervals.T
+    assert ((low < found.values) & (found.values < high)).all()
+    np.testing.assert_allclose(np.diag(found.correlation), 1.0, rtol=1e-12)
+    assert found.model.friction.mu == found.values[0]
+    assert "mu" in repr(found)
+
+
+def test_an_error_is_carried_to_what_follows() -> None:
+    found = ss.fit(BLOCK.replace(mu=0.45), record(BLOCK, x=[0.0], v=[0.0]), ["mu", "speed"])
+    own = found.predict(lambda model: [model.friction.mu, model.friction.speed])
+    np.testing.assert_allclose(own.value, found.values, rtol=1e-15)
+    np.testing.assert_allclose(own.standard_error, found.standard_errors, rtol=1e-9)
+    assert (np.abs(own.curvature) < 1e-9 * own.standard_error).all()
+    threshold = found.predict(lambda model: ss.equilibria(model)[0].hopf_points[0].V)
+    true = ss.equilibria(BLOCK)[0].hopf_points[0].V
+    assert 0.0 < threshold.standard_error < 0.02 * threshold.value
+    assert abs(threshold.value - true) < 4.0 * threshold.standard_error
+    # F' = -c: V = speed log((1 - mu) / (c speed)), differentiated by hand.
+    mu, speed = found.values
+    slopes = np.array([-speed / (1 - mu), np.log((1 - mu) / (0.1 * speed)) - 1.0])
+    error = np.sqrt(slopes @ found.covariance @ slopes)
+    assert threshold.standard_error == pytest.approx(error, rel=1e-3)
+    with pytest.raises(ValueError, match="quantity = 3"):
+        found.predict(3)  # type: ignore[arg-type]
+
+
+def test_starts_are_states() -> None:
+    two = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
+    motion = ss.simulate(two, d=0.1, t_end=60)
+    x, sigma = noisy(motion.x(T))
+    found = ss.fit(two, ss.Record(T, x, sigma=sigma), ["mu"])
+    np.testing.assert_allclose(found.starts[0][:2], motion.x(0.0), rtol=0.02, atol=4 * sigma)
+    np.testing.assert_allclose(found.starts[0][2:], 0.1, rtol=0.01)  # both ride
+
+
+def test_a_profile_is_the_interval_where_linear_theory_holds() -> None:
+    s = np.linspace(0.01, 1.5, 40)
+    force, sigma = noisy(BLOCK.friction.force(s))
+    found = ss.fit(BLOCK, ss.ForcePoints(s, force, sigma=sigma), ["mu", "speed"])
+    profile = found.profile("mu")
+    np.testing.assert_allclose(profile.interval, found.intervals[0], rtol=1e-3)
+    np.testing.assert_allclose(profile.root[[0, -1]], [-3.0, 3.0], rtol=0.02)
+    assert (np.diff(profile.others[:, 1]) < 0.0).all() or (
+        np.diff(profile.others[:, 1]) > 0.0
+    ).all()
+    wide = ss.fit(BLOCK, record(BLOCK, x=[0.0], v=[0.0]), ["mu", "speed"])
+    np.testing.assert_allclose(
+        wide.profile("speed").interval,
+        wide.intervals[1],
+        atol=0.3 * wide.standard_errors[1],
+        rtol=0.0,
+    )
+
+
+def test_a_profile_tells_what_is_open_to_one_side() -> None:
+    s = np.linspace(2.0, 4.0, 9)  # beyond the fall of the law: its speed is at most something
+    points = ss.ForcePoints(s, BLOCK.friction.force(s), sigma=0.01)
+    found = ss.fit(BLOCK, points, ["mu", "speed"])
+    profile = found.profile("speed", [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2])
+    assert profile.interval[0] == -np.inf
+    assert 0.4 < profile.interval[1] < 1.2
+    for name, values, told in [
+        ("spam", None, "spam"),
+        ("speed", [-1.0], "values"),
+        ("mu", [], "values"),
+    ]:
+        with pytest.raises(ValueError, match=told):
+            found.profile(name, values)
+    robust = ss.fit(BLOCK, points, ["mu"], loss="huber")
+    with pytest.raises(ValueError, match="least squares"):
+        robust.profile("mu")
+
+
+@pytest.mark.parametrize("sigma", [None, 0.01])
+def test_a_model_that_does_not_tell_the_data_is_told(sigma: float | None) -> None:
+    noise = np.random.default_rng(3).normal(size=len(T))
+    found = ss.fit(BLOCK, ss.Record(T, noise, sigma=sigma), ["mu"])
+    assert not found.tells
+    assert "does not tell these data" in found.message
+
+
+@pytest.mark.parametrize(("mu", "alpha"), [(1.3, 0.75), (0.75, 1.3)])
+def test_many_starts_find_what_one_start_misses(mu: float, alpha: float) -> None:
+    model = ss.examples.coulomb()
+    d = np.linspace(-0.6, 0.6, 60)
+    values, sigma = noisy(ss.event_map(model)(d))
+    data = ss.MapPoints(d, values, sigma=sigma)
+    begun = model.replace(mu=0.22 * mu, alpha=1.2 * alpha)
+    assert not ss.fit(begun, data, ["mu", "alpha"]).tells  # a local minimum, and it says so
+    found = ss.fit(begun, data, ["mu", "alpha"], n_starts=64)
+    assert found.tells
+    assert inside(found, {"mu": 0.22, "alpha": 1.2})
+    bounds = {"mu": (0.1, 0.4), "alpha": (0.8, 1.6)}
+    again = ss.fit(begun, data, ["mu", "alpha"], n_starts=64, bounds=bounds)
+    np.testing.assert_allclose(again.values, found.values, rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_chaotic_motion_is_found_from_thirty_per_cent_off() -> None:
+    model = ss.examples.law9()
+    orbit = ss.event_map(model).iterate(0.38, 50)
+    values, sigma = noisy(orbit[1:])
+    data = ss.MapPoints(orbit[:-1], values, sigma=sigma)
+    begun = model.replace(gamma=0.7 * 3.0, alpha=0.7 * model.alpha)
+    found = ss.fit(begun, data, ["gamma", "alpha"], n_starts=256)
+    assert found.tells
+    assert inside(found, {"gamma": 3.0, "alpha": model.alpha})

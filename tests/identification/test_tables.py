@@ -1,0 +1,105 @@
+"""Measurements from files: columns by name, units, and what is wrong with a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.cli import main
+
+UNITS = ss.Units(m=2.0, k=8.0, fs1=4.0)
+RECORD = "t,x\n0,1\n1,2\n2,3\n3,2\n4,1\n"
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "record.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_what_simulate_writes_is_a_record(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    assert (
+        main(f"simulate --preset coulomb -d 0.1 --t-end 20 --samples 41 --out {path}".split()) == 0
+    )
+    found = ss.read_measurements(path)
+    motion = ss.simulate(ss.examples.coulomb(), d=0.1, t_end=20)
+    t = np.linspace(0, 20, 41)
+    np.testing.assert_array_equal(found.t, t)
+    np.testing.assert_array_equal(found.x, motion.x(t))
+    np.testing.assert_array_equal(found.v, motion.v(t))
+    assert found.blocks == (1, 2)
+    second = ss.read_measurements(path, {"x": "x_2", "v": []}, d=0.1)
+    np.testing.assert_array_equal(np.asarray(second.x)[:, 0], motion.x(t)[:, 1])
+    assert second.v is None
+    assert second.blocks == (2,)
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " ; "])
+def test_columns_of_an_instrument_in_its_units(tmp_path: Path, separator: str) -> None:
+    rows = [["time [s]", "note", "pos, mm" if ";" in separator else "pos"]]
+    rows += [[str(0.1 * k), "-", str(k * k)] for k in range(6)]
+    text = "# made on a Monday\n" + "\n".join(separator.join(row) for row in rows) + "\n\n"
+    found = ss.read_measurements(
+        written(tmp_path, text), {"t": "time [s]", "x": rows[0][2]}, units=UNITS, sigma=0.5
+    )
+    np.testing.assert_allclose(found.t, 0.2 * np.arange(6), rtol=1e-14)
+    np.testing.assert_allclose(np.asarray(found.x)[:, 0], 2.0 * np.arange(6) ** 2, rtol=1e-14)
+    assert found.sigma == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("speed,force\n0.1,0.9\n0.2,0.8\n", ss.ForcePoints),
+        ("value,d\n0.1,0.9\n0.2,0.8\n", ss.MapPoints),
+        ("times\n0.1\n0.2\n", ss.EventTimes),
+        (RECORD, ss.Record),
+    ],
+)
+def test_columns_tell_what_was_measured(tmp_path: Path, text: str, kind: type) -> None:
+    more = {"d": 0.1} if kind is ss.EventTimes else {}
+    assert type(ss.read_measurements(written(tmp_path, text), **more)) is kind
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "told"),
+    [
+        (RECORD.replace("3,2", "3;2"), None, "line 5 has 1 cells, and there are 2 columns"),
+        (RECORD.replace("3,2", "3,two"), None, "line 5, column 'x': 'two' is not a number"),
+        (RECORD.replace("3,2", "3,"), None, "line 5, column 'x': '' is not a number"),
+        (RECORD.replace("3,2", "3,nan"), None, "line 5, column 'x': nan is not a finite"),
+        (RECORD.replace("\n1,2\n2,3", "\n2,3\n1,2"), None, "times must ascend"),
+        (RECORD.replace("3,2\n4,1\n", ""), None, "needs at least 5"),
+        (RECORD.replace("t,x\n", ""), None, "must name the columns"),
+        (RECORD.replace("t,x", "t,t"), None, "two columns have the name 't'"),
+        (RECORD.replace("t,x", "T,pos"), None, "the columns are 'T', 'pos': .* Did you mean 't'"),
+        (RECORD, {"x": "y"}, "no column 'y', for x. Known: t, x"),
+        (RECORD, {"y": "x"}, "columns: 'y' is not measured"),
+        (RECORD, {"x": 3}, "names of columns are needed"),
+        (RECORD, [1], "columns = "),
+        ("t,x\n", None, "lines of numbers below"),
+        ('t,x\n0,"1\n2,3\n', None, "quotation mark"),
+    ],
+)
+def test_a_bad_file_is_told(tmp_path: Path, text: str, columns: object, told: str) -> None:
+    with pytest.raises(ValueError, match=told) as refused:
+        ss.read_measurements(written(tmp_path, text), columns)  # type: ignore[arg-type]
+    about_columns = isinstance(columns, list) or "not measured" in told or "names of col" in told
+    assert about_columns or str(refused.value).startswith(str(tmp_path / "record.csv"))
+
+
+def test_a_file_that_is_not_there_and_units_that_are_none(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="No such file"):
+        ss.read_measurements(tmp_path / "none.csv")
+    with pytest.raises(ValueError, match="units = 3"):
+        ss.read_measurements(written(tmp_path, RECORD), units=3)  # type: ignore[arg-type]
+
+
+def test_an_argument_of_another_kind_of_data_is_named(tmp_path: Path) -> None:
+    path = written(tmp_path, "speed,force\n0.1,0.9\n0.2,0.8\n")
+    with pytest.raises(ValueError, match=r"'sigma_v' is nothing of ForcePoints.*'sigma'"):
+        ss.read_measurements(path, sigma_v=0.1)
