@@ -335,9 +335,9 @@ def safety(
     """Tell how safe an attractor of the event map is: what carries a motion into another basin.
 
     Columns: its basin's share of the domain; the smallest displacement and the smallest change
-    of a block's velocity that lead elsewhere, and into which basin (-1: not proved, -2:
-    out of the domain); steps until half and 95 % of the starts have settled; mean steps until random kicks
-    make a motion escape, and the share that does. Errors are standard errors.
+    of a block's velocity that lead elsewhere, and into which basin (-1: not proved, -2: out of
+    the domain); steps until half and 95 % of the starts have settled; mean steps until random
+    kicks make a motion escape, and the share that does. Errors are standard errors.
 
     Parameters
     ----------
