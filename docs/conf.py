@@ -6,7 +6,7 @@ from pathlib import Path
 
 sys.path.insert(
     0, str(Path(__file__).parent)
-)  # `source_links`; sphinx-gallery looks `reading_order` up by name
+)  # `source_links`, `figures`; sphinx-gallery looks `reading_order` up by name
 
 project = "stickslip"
 author = "stickslip developers"
@@ -22,6 +22,7 @@ extensions = [
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
     "source_links",
+    "figures",
 ]
 exclude_patterns = [
     "_build",
@@ -100,7 +101,7 @@ html_title = "stickslip"
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {
-    "show_prev_next": False,
+    "show_prev_next": True,
     "navigation_with_keys": False,
     "footer_start": ["copyright"],
     "footer_end": [],

@@ -1,5 +1,6 @@
 """What the documentation shows works: its Python, its commands, its tutorials."""
 
+import json
 import re
 import runpy
 import shlex
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
+from docs import figures
 from docs.sources import place_of
 
 import stickslip as ss
@@ -18,7 +20,7 @@ SCRIPTS = sorted([*(DOCS / "tutorials").glob("*.py"), *(DOCS / "gallery").glob("
 NEEDS_A_GPU = {"gpu.md"}
 PAGES = [
     page
-    for page in sorted(DOCS.glob("*.md"))
+    for page in sorted([*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")])
     if "```python" in page.read_text() and page.name not in NEEDS_A_GPU
 ]
 START = (DOCS / "start.md").read_text()
@@ -45,6 +47,20 @@ def test_the_python_of_a_page_runs(page, elsewhere):
     ss.write_model(ss.examples.coulomb(), elsewhere / "coulomb.toml")
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     exec(compile("\n".join(map(small, blocks)), page.name, "exec"), {})
+
+
+def test_the_commands_for_other_languages_write_what_those_can_read(elsewhere, capsys):
+    page = (DOCS / "howto" / "matlab-julia.md").read_text()
+    commands = re.findall(r"^stickslip (.*)$", page, re.MULTILINE)
+    assert len(commands) == 3
+    for command in commands:
+        assert f'"stickslip {command}"' in page or "simulate" in command
+        assert main(shlex.split(command)) == 0, command
+        out = capsys.readouterr().out
+        if "--json" in command:
+            assert json.loads(out)
+    for name, columns in (("map.csv", 2), ("motion.csv", 3)):
+        assert len((elsewhere / name).read_text().splitlines()[1].split(",")) >= columns
 
 
 def small(code):
@@ -77,6 +93,61 @@ def test_equations_are_linked_to_what_implements_them(page):
     for target in SOURCE.findall(text):
         file, line = place_of(target)
         assert line <= len(file.read_text().splitlines())
+
+
+CITED = [page for page in sorted([*THEORY, *DOCS.glob("studies/*.md")]) if page.stem != "index"]
+ENTRIES = re.findall(r"^\((\w+)\)=\n(.+)$", (DOCS / "bibliography.md").read_text(), re.MULTILINE)
+CITATION = re.compile(r"\]\(#([a-z]+\d{4}[a-z]?)\)")
+
+
+@pytest.mark.parametrize("page", CITED, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_a_page_cites_the_bibliography(page):
+    cited = set(CITATION.findall(page.read_text()))
+    assert cited
+    assert cited - {key for key, _ in ENTRIES} == set()
+
+
+def test_every_entry_of_the_bibliography_is_cited_once_at_least_and_in_order():
+    keys = [key for key, _ in ENTRIES]
+    assert keys == sorted(set(keys))
+    texts = "".join(page.read_text() for page in DOCS.rglob("*.md"))
+    assert set(keys) - set(CITATION.findall(texts)) == set()
+
+
+def test_dois_have_the_form_of_dois_and_link_to_themselves():
+    text = (DOCS / "bibliography.md").read_text()
+    links = re.findall(r"\[doi:([^\]]+)\]\(<https://doi\.org/([^>]+)>\)", text)
+    assert len(links) == text.count("doi:") > 20
+    for shown, target in links:
+        assert shown == target
+        assert re.fullmatch(r"10\.\d{4,5}/[\w.:;()/-]+", shown), shown
+    assert len(set(links)) == len(links)
+
+
+def test_every_relative_link_between_pages_leads_to_a_file():
+    for page in DOCS.rglob("*.md"):
+        if {"_build", "generated"} & set(page.relative_to(DOCS).parts):
+            continue
+        for target in re.findall(r"\]\(([^)#\s<>:]+\.md)(?:#[^)]*)?\)", page.read_text()):
+            assert (page.parent / target).is_file(), f"{page.name}: {target}"
+
+
+FIGURES = sorted(figures.pictures())
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_is_drawn_and_shown_on_a_page(name, tmp_path):
+    path = figures.draw(name, tmp_path)
+    assert path.stat().st_size > 5000
+    shown = [
+        page for page in DOCS.rglob("*.md") if f"generated/figures/{name}.png" in page.read_text()
+    ]
+    assert shown
+
+
+def test_pages_show_no_figure_that_is_not_drawn():
+    texts = "".join(page.read_text() for page in DOCS.rglob("*.md"))
+    assert set(re.findall(r"generated/figures/(\w+)\.png", texts)) == set(FIGURES)
 
 
 def test_a_link_to_a_definition_that_is_gone_is_found_out():

@@ -1,12 +1,15 @@
 """What the repository promises about itself: locks, names, make targets."""
 
 import ast
+import json
 import re
 import subprocess
 import tomllib
 from pathlib import Path
 
 import pytest
+import trove_classifiers
+import yaml
 from tests.acceptance import packaging
 
 import stickslip
@@ -75,6 +78,55 @@ def test_versions_agree():
     assert stickslip.__version__ == version
     assert re.search(rf"^version: {re.escape(version)}$", (ROOT / "CITATION.cff").read_text(), re.M)
     assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text()
+    for name in ("codemeta.json", ".zenodo.json"):
+        assert json.loads((ROOT / name).read_text())["version"] == version
+
+
+def test_papers_about_the_program_agree():
+    cff = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    codemeta = json.loads((ROOT / "codemeta.json").read_text())
+    zenodo = json.loads((ROOT / ".zenodo.json").read_text())
+    project = PYPROJECT["project"]
+    assert cff["title"] == zenodo["title"]
+    assert cff["keywords"] == codemeta["keywords"] == zenodo["keywords"] == project["keywords"]
+    assert cff["license"] == zenodo["license"] == project["license"]
+    assert codemeta["license"].endswith(project["license"])
+    assert cff["abstract"] == codemeta["description"] == zenodo["description"]
+    bibliography = (ROOT / "docs" / "bibliography.md").read_text()
+    for reference in cff["references"]:
+        assert reference.get("doi", "") in bibliography
+
+
+def test_classifiers_exist():
+    assert set(PYPROJECT["project"]["classifiers"]) <= trove_classifiers.classifiers
+
+
+def test_the_notice_of_borrowed_numbers_is_shipped():
+    assert "NOTICE" in PYPROJECT["project"]["license-files"]
+    notice = (ROOT / "NOTICE").read_text()
+    for named in re.findall(r"^(src/\S+)", notice, re.MULTILINE):
+        assert "fdlibm" in (ROOT / named).read_text()
+    assert "provided that this notice" in notice
+
+
+def test_the_release_tries_every_python_that_is_promised():
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text())["jobs"]
+    named = re.findall(r"Python :: (3\.\d+)", "\n".join(PYPROJECT["project"]["classifiers"]))
+    assert jobs["try"]["strategy"]["matrix"]["python"] == named
+    assert jobs["publish"]["needs"] == "try"
+    assert jobs["publish"]["environment"] == "release"
+    commands = [step["run"] for step in jobs["try"]["steps"] if "run" in step]
+    ours = [line.removeprefix("stickslip ") for line in commands if line.startswith("stickslip ")]
+    assert len(ours) >= 4
+
+
+@pytest.mark.parametrize(
+    "form", sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml")), ids=str
+)
+def test_an_issue_form_is_complete(form):
+    form = yaml.safe_load(form.read_text())
+    assert {"name", "description", "labels", "body"} == set(form)
+    assert any(field.get("validations", {}).get("required") for field in form["body"])
 
 
 def test_the_conda_recipe_asks_for_what_the_project_asks_for():

@@ -16,7 +16,13 @@ COMMANDS = re.findall(r"^    stickslip (.*)$", README, re.MULTILINE)
 
 def test_the_python_of_the_readme_runs(capsys):
     exec(compile(PYTHON, "README.md", "exec"), {})
-    assert len(capsys.readouterr().out.splitlines()) == PYTHON.count("print(")
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == PYTHON.count("print(")
+    for line, comment in zip(
+        printed, re.findall(r"^print\(.*?\)(?:  # (.*))?$", PYTHON, re.M), strict=True
+    ):
+        for quoted in re.findall(r'"([^"]+)"', comment):
+            assert line == quoted
 
 
 @pytest.mark.parametrize("command", COMMANDS)

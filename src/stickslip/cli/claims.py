@@ -43,7 +43,7 @@ def certify(
     file: FileOptions = FileOptions(),
     output: OutputOptions = OutputOptions(),
 ) -> int:
-    """Prove in ball arithmetic what floating point found; the numbers given count exactly.
+    """Prove in ball arithmetic what floating point found, for parameters exactly as written.
 
     Prints the theorem and its enclosures, or why nothing is proven; then the exit code is 1.
     `--out` and `--json` give the certificate that `stickslip verify` checks again.

@@ -46,7 +46,7 @@ def map_(
     max_time: Annotated[float | None, Parameter(group=ENGINE)] = None,
     threads: Annotated[Whole | None, Parameter(group=ENGINE)] = None,
 ) -> int:
-    """Carry d = X_2 - X_1 from one global stick phase to the next.
+    """Tell at which distance d = X_2 - X_1 both blocks next stick together.
 
     Prints a table on a terminal, CSV into a pipe. A motion that never returns to global
     stick has value nan and a status that says why; the exit code is 1 if no point at all
@@ -168,7 +168,7 @@ def orbits(
     stderr; the exit code is 1 if the list is not complete up to the period asked for.
 
     A map of several numbers, as of three blocks, has multipliers_1, ... and d_1, ... instead, and
-    how many seeds led to the orbit (hits); stderr estimates how many orbits were not found.
+    how many starts led to the orbit (hits); stderr estimates how many orbits were not found.
 
     Parameters
     ----------
@@ -335,9 +335,9 @@ def safety(
     """Tell how safe an attractor of the event map is: what carries a motion into another basin.
 
     Columns: its basin's share of the domain; the smallest displacement and the smallest change
-    of a block's velocity that lead elsewhere, and into which basin (-1 not proved, -2 it
-    leaves); steps until half and 95 % of the starts have settled; mean steps until random kicks
-    make a motion escape, and the share that does. Errors are standard errors.
+    of a block's velocity that lead elsewhere, and into which basin (-1: not proved, -2: out of
+    the domain); steps until half and 95 % of the starts have settled; mean steps until random
+    kicks make a motion escape, and the share that does. Errors are standard errors.
 
     Parameters
     ----------
@@ -454,8 +454,9 @@ def cycles(
 
     One row for each cycle, sorted by the number of starts that led to it. Columns: cycle,
     period, multiplier of largest size (real part, and multiplier_imag), stable, events in one
-    period, global_sticks, hits (0: known from the event map alone). What else the starts led to,
-    and the estimated share of starts to cycles that were not found, is said on stderr.
+    period, global_sticks, hits (starts that led to it; 0: known from the event map alone). What
+    else the starts led to, and the estimated share of starts to cycles that were not found, is
+    said on stderr.
 
     Parameters
     ----------
@@ -464,7 +465,7 @@ def cycles(
     max_period
         Orbits of the event map up to this period are looked up as well.
     seed
-        Of the random states.
+        The random starts are drawn from this number: the same number, the same starts.
     """
     import stickslip as ss
 

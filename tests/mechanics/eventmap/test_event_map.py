@@ -1,6 +1,7 @@
 """The event map as a function: values, shapes, itineraries, iterates, errors, equal bits."""
 
 import itertools
+import pickle
 import re
 
 import numpy as np
@@ -417,3 +418,27 @@ def test_a_result_without_motions_can_be_shown(shape):
     result = ss.event_map(PAPER).evaluate(np.empty(shape))
     assert repr(result).startswith("EventMapResult")
     assert result.value.shape == shape
+
+
+@pytest.mark.parametrize(
+    "f",
+    [
+        ss.event_map(ss.examples.coulomb(), max_events=300),
+        ss.event_map(ss.examples.law9(), threads=1),
+        ss.event_map(ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.1, friction=ss.Coulomb(mu=0.3))),
+        ss.return_map(
+            ss.Oscillator(
+                V=0.02,
+                friction=ss.Coulomb(mu=0.4),
+                forcing=ss.Harmonic(amplitude=0.3, frequency=0.45),
+            )
+        ),
+        ss.quasistatic_map(ss.examples.coulomb()),
+    ],
+    ids=lambda f: type(f).__name__,
+)
+def test_a_map_travels_to_other_processes_as_model_and_settings(f):
+    again = pickle.loads(pickle.dumps(f))
+    assert type(again) is type(f)
+    assert again == f
+    assert again.settings == f.settings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
@@ -108,6 +109,10 @@ class ModelMap:
     def replace(self, **changes: Any) -> Self:
         """Make the map of a changed model, with the same settings."""
         return type(self)(self.model.replace(**changes), **self.settings)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to other processes as model and settings: compiled functions stay behind."""
+        return functools.partial(type(self), self.model, **self.settings), ()
 
     def __eq__(self, other: object) -> bool:
         """Equal models and settings."""
