@@ -10,6 +10,7 @@ from tests.mechanics.eventmap.unequal import pair
 
 import stickslip as ss
 from stickslip.cli import main
+from stickslip.cli.options import ModelOptions
 from stickslip.mechanics.friction.values import parse_law
 from stickslip.mechanics.model.file import write_model
 
@@ -78,6 +79,61 @@ def test_a_law_as_a_formula(capsys):
     assert document["result"]["value"] == [ss.event_map(model)(0.1)]
     assert document["parameters"]["a"] == 3.0
     assert parse_law(document["parameters"]["friction"][0]) == law
+
+
+TEXT = "1/(1+a*s)"
+NUMBERS = "--alpha 1.2 --beta 1.3 --V 0.1"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        f"map {NUMBERS} --friction {TEXT} -p a=3 -d 0.1",
+        f"map {NUMBERS} --friction {TEXT},a=2 --set a=3.0 -d 0.1",
+        f"map --alpha 1.2 -p beta=1.3 -p V=0.1 --friction {TEXT} -p a=3 -d 0.1",
+        f"map --preset coulomb -p V=0.1 --friction {TEXT} -p a=3 -d 0.1",
+        "map --model mine.toml -p V=0.1 -p a=3 -d 0.1",
+    ],
+)
+def test_numbers_by_name(command, capsys, file):
+    law = ss.friction_law(TEXT, parameters={"a": 3.0})
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
+    file(model.replace(V=0.2, a=1.0))
+    document = answer(capsys, command)
+    assert document["result"]["value"] == [ss.event_map(model)(0.1)]
+    assert document["parameters"]["friction"] == [f"{TEXT}, a=3.0"]
+    assert {name: document["parameters"][name] for name in model.parameters} == model.parameters
+
+
+def test_laws_of_each_block_take_their_numbers():
+    laws, numbers = (TEXT, "-0.1*s+mu"), ("a=3", "mu=0.5", "V=0.1", "mu_2=0.4")
+    model = ModelOptions(preset="coulomb", friction=laws, numbers=numbers).model()
+    assert model.parameters == {"alpha": 1.2, "beta": 1.3, "V": 0.1, "a_1": 3.0, "mu_2": 0.4}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (f"{NUMBERS} --friction {TEXT}", "needs a value for a: write ', a=...' behind it"),
+        (f"{NUMBERS} --friction {TEXT} -p b=3", "needs a value for a"),
+        (f"{NUMBERS} --friction {TEXT} -p a=3 -p b=3", "TwoBlock has no parameter 'b'. Known: alp"),
+        (f"{NUMBERS} --friction {TEXT} -p a", "-p a: NAME=VALUE with a number is needed"),
+        (f"{NUMBERS} --friction {TEXT} -p a=x", "-p a=x: NAME=VALUE with a number is needed"),
+        (f"{NUMBERS} --friction {TEXT} -p =3", "-p =3: NAME=VALUE with a number is needed"),
+        (f"{NUMBERS} --friction {TEXT} -p a=3 -p a=3", "-p a=3: a is given twice"),
+        (f"{NUMBERS} --friction {TEXT} -p a=nan", "a must be a finite number"),
+        (f"{NUMBERS} -p alpha=2 --friction {TEXT} -p a=3", "--alpha and -p alpha=... are the same"),
+        ("-p alpha=2 -p V=0.1 -p a=3", "the model lacks --beta, --friction"),
+        (f"{NUMBERS} --friction 1/(1+np.exp(s))", "has '.' at character 8, where ) is expected"),
+        (f"{NUMBERS} --friction coulmb", "no friction law 'coulmb'. Known: coulomb, popp-stelter"),
+        (f"{NUMBERS} --friction __import__('os').system('true')", "calls '__import__' at charac"),
+    ],
+)
+def test_what_is_wrong_with_a_formula_or_a_number_is_said(options, message, capsys):
+    assert main(["map", *options.split(), "-d", "0.1"]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
 
 
 def test_through_the_real_program(file, tmp_path):

@@ -14,6 +14,7 @@ except ImportError:  # Windows
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.mechanics.model.file import write_model
+from stickslip.sweeps.identity import law_identity
 from stickslip.sweeps.plan import read_plan
 
 pytest.importorskip("zarr")
@@ -123,6 +124,12 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("[1.1, 1.2, 1.3]", '[1.1, "x"]', "axes.alpha.values[1]: Expected `float`, got `str`"),
         ("alpha = [", "alhpa = [", "axis 'alhpa': TwoBlock has no parameter 'alhpa'"),
         ("mu = 0.22", "mu = 7.0", "[model] [friction] mu = 7.0"),
+        (
+            '"coulomb"',
+            '"mu + exp("',
+            "[model] [friction] the formula 'mu + exp(' ends where a numb",
+        ),
+        ('"coulomb"', '"v * mu + 0*s"', "needs a value for v: write v = ... below it"),
         ('kind = "two_block"', 'kind = "one_block"', "[model] kind = 'one_block' is no kind"),
         ('{name = "attractor", ', '{name = "atractor", ', "observables[0].name = 'atractor' is"),
         ("transient = 40, n = 64},\n]", "trans = 40},\n]", "observables[1].trans: unknown key"),
@@ -170,6 +177,20 @@ def _logistic(x, r):
 
 
 LOGISTIC = ss.PiecewiseMap(_logistic, (0, 1), parameters={"r": 3.0})
+
+
+def test_a_formula_is_swept_over_its_numbers(plan):
+    text = "1 / (1 + a * s)"
+    model = PLAN.replace('{law = "coulomb", mu = 0.22}', f'{{law = "{text}", a = 3}}')
+    plan.write_text(model.replace("alpha = [1.1, 1.2, 1.3]", "a = [2.0, 3.0]"))
+    arguments = read_plan(plan).arguments
+    law = ss.friction_law(text, parameters={"a": 3.0})
+    assert arguments["system"] == ss.examples.coulomb().replace(friction=law)
+    assert arguments["axes"]["a"] == [2.0, 3.0]
+    same = ss.friction_law(lambda s, a: 1 / (1 + a * s), parameters={"a": 1.0})
+    assert law_identity(law) == law_identity(same)
+    plan.write_text(PLAN.replace('{law = "coulomb", mu = 0.22}', f'"{text}, a=3"'))
+    assert read_plan(plan).arguments["system"] == arguments["system"]
 
 
 def test_an_interrupted_sweep_says_how_to_go_on(plan, capsys, monkeypatch):

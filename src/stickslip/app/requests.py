@@ -19,7 +19,7 @@ from msgspec import Meta, Raw, Struct
 from numpy.typing import NDArray
 
 from stickslip.checks import finite_number
-from stickslip.mechanics.friction.values import FORMULA
+from stickslip.mechanics.friction import LAWS, TabulatedFriction
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_of_values
 from stickslip.vocabulary import did_you_mean
@@ -284,7 +284,9 @@ def _refuse_large(table: dict[str, Any]) -> None:
             )
     laws = table.get("friction")
     for law in laws if isinstance(laws, list) else [laws]:
-        if isinstance(law, str) or (isinstance(law, dict) and law.get("law") == FORMULA):
+        if isinstance(law, str) or (
+            isinstance(law, dict) and law.get("law") not in (*LAWS, TabulatedFriction.name)
+        ):
             raise BadRequestError(
                 "a formula is not served: each new one would keep the compiler busy for all.",
                 "model.friction",

@@ -78,24 +78,41 @@ class ModelOptions:
     V: Annotated[float | None, Parameter(name="--V")] = None
     """Driving velocity of the belt, above 0."""
     friction: Annotated[
-        tuple[str, ...] | None, Parameter(name="--friction", negative=(), metavar="LAW")
+        tuple[str, ...] | None,
+        Parameter(name="--friction", negative=(), metavar="LAW", allow_leading_hyphen=True),
     ] = None
     """Kinetic law, like coulomb:mu=0.22 or "a + (1 - a) * exp(-s), a=0.3"; given several times: one
     for each block."""
+    numbers: Annotated[
+        tuple[str, ...], Parameter(name=["--set", "-p"], negative=(), metavar="NAME=VALUE")
+    ] = ()
+    """A number of the model by its name, as -p mu=0.3; one that a law's formula leaves open goes
+    there."""
 
     def model(self) -> Model:
         """Build the model; says which options are missing."""
         import stickslip as ss
 
-        given = self._given()
-        if (base := self._base()) is not None:
-            return base.replace(**given) if given else base
-        if missing := [name for name in ("alpha", "beta", "V", "friction") if name not in given]:
-            raise UsageError(
-                f"the model lacks {', '.join('--' + name for name in missing)}; "
-                "give them, or start from --model FILE, --preset coulomb or --preset law9"
-            )
-        return ss.TwoBlock(**given)
+        numbers = _numbers(self.numbers)
+        given: dict[str, Any] = {name: getattr(self, name) for name in ("alpha", "beta", "V")}
+        given = {name: value for name, value in given.items() if value is not None}
+        if twice := [name for name in given if name in numbers]:
+            raise UsageError(f"--{twice[0]} and -p {twice[0]}=... are the same; give one of them")
+        if self.friction is not None:
+            given["friction"], used = _friction(self.friction, numbers)
+            numbers = {name: value for name, value in numbers.items() if name not in used}
+        if (model := self._base()) is not None:
+            model = model.replace(**given) if given else model
+        else:
+            needed = ("alpha", "beta", "V")
+            given |= {name: numbers.pop(name) for name in needed if name in numbers}
+            if missing := [name for name in (*needed, "friction") if name not in given]:
+                raise UsageError(
+                    f"the model lacks {', '.join('--' + name for name in missing)}; "
+                    "give them, or start from --model FILE, --preset coulomb or --preset law9"
+                )
+            model = ss.TwoBlock(**given)
+        return model.replace(**numbers) if numbers else model
 
     def _base(self) -> Model | None:
         """Return the model to start from, if one is named."""
@@ -111,13 +128,6 @@ class ModelOptions:
             preset: Model = getattr(ss.examples, self.preset)()
             return preset
         return None
-
-    def _given(self) -> dict[str, Any]:
-        names = ("alpha", "beta", "V")
-        given: dict[str, Any] = {name: getattr(self, name) for name in names}
-        if self.friction is not None:
-            given["friction"] = _friction(self.friction)
-        return {name: value for name, value in given.items() if value is not None}
 
 
 @Parameter(name="*", group=SWEEP)
@@ -202,11 +212,30 @@ class FileOptions:
     """Replace the file if it exists."""
 
 
-def _friction(specifications: tuple[str, ...]) -> Any:
-    from stickslip.mechanics.friction.values import parse_law
+def _friction(written: tuple[str, ...], numbers: Mapping[str, float]) -> tuple[Any, set[str]]:
+    """Return one law or several, and the names of the numbers that they took."""
+    from stickslip.mechanics.friction.values import parse_law, taken
 
-    laws = tuple(map(parse_law, specifications))
-    return laws[0] if len(laws) == 1 else laws
+    laws = tuple(parse_law(text, numbers) for text in written)
+    used = set[str]().union(*(taken(text, numbers) for text in written))
+    return laws[0] if len(laws) == 1 else laws, used
+
+
+def _numbers(items: tuple[str, ...]) -> dict[str, float]:
+    """Read NAME=VALUE, each name once."""
+    numbers: dict[str, float] = {}
+    for item in items:
+        name, _, text = (part.strip() for part in item.partition("="))
+        try:
+            value = float(text)
+        except ValueError:
+            value = None
+        if not name or value is None:
+            raise UsageError(f"-p {item}: NAME=VALUE with a number is needed, as -p mu=0.3")
+        if name in numbers:
+            raise UsageError(f"-p {item}: {name} is given twice")
+        numbers[name] = value
+    return numbers
 
 
 @Parameter(name="*")

@@ -5,24 +5,28 @@ product = signed (("*" | "/") signed)*
 signed  = ("+" | "-") signed | power
 power   = atom ("**" signed)?
 atom    = number | name | function "(" sum ")" | "(" sum ")"
+
+Numbers are written as in Python and TOML: underscores, and 0x, 0o and 0b, included.
 """
 
 from __future__ import annotations
 
 import inspect
+import math
+import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final
 
 from stickslip.checks import shown
-from stickslip.numerics import expression
 from stickslip.numerics.expression import (
     ELEMENTARY,
     Expression,
     Graph,
     NotTraceable,
+    as_expression,
     elementary,
     evaluate,
 )
@@ -30,18 +34,53 @@ from stickslip.vocabulary import did_you_mean
 
 MOST_CHARACTERS: Final = 1000
 MOST_NESTED: Final = 50
+MOST_PARAMETERS: Final = 20
+MOST_OPERATIONS: Final = 300  # powers written out count: compiling takes some 0.5 s for each
+LARGEST_EXPONENT: Final = 100
+DIGITS: Final = r"\d+(?:_\d+)*"
 TOKEN: Final = re.compile(
-    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
-    r"|(?P<sign>\*\*|[-+*/()])|(?P<end>$)|(?P<strange>.))",
+    r"\s*(?:(?P<whole>0[xX](?:_?[\da-fA-F])+|0[oO](?:_?[0-7])+|0[bB](?:_?[01])+)"
+    rf"|(?P<number>(?:{DIGITS}\.?(?:{DIGITS})?|\.{DIGITS})(?:[eE][+-]?{DIGITS})?)"
+    r"|(?P<name>[A-Za-z_]\w*)|(?P<sign>\*\*|[-+*/()])|(?P<end>$)|(?P<strange>.))",
     re.ASCII | re.DOTALL,
 )
-OPERATIONS: Final[dict[str, Callable[[Expression, Expression], Expression]]] = {
-    "+": expression.add,
-    "-": expression.subtract,
-    "*": expression.multiply,
-    "/": expression.divide,
-    "**": expression.power,
+Value = float | Expression
+"""What a part of a formula is while it is read: constants stay numbers, as in Python."""
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    is_number = isinstance(base, float) and isinstance(exponent, float)
+    return math.pow(base, exponent) if is_number else base**exponent
+
+
+def _function(name: str, x: Value) -> Value:
+    return elementary(name, x) if isinstance(x, Expression) else ELEMENTARY[name].scalar(x)
+
+
+OPERATIONS: Final[dict[str, Callable[[Any, Any], Any]]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "**": _power,
 }
+KNOWN: Final[dict[str, Callable[[Any], Any]]] = {
+    **{name: partial(_function, name) for name in ELEMENTARY},
+    "abs": abs,
+}
+FUNCTIONS: Final = KNOWN | {entry.ufunc.__name__: KNOWN[n] for n, entry in ELEMENTARY.items()}
+"""By all their names: numpy writes arctan."""
+OPERAND: Final = "a number, a name or ("
+PRODUCT: Final = "; products are written *"
+HINTS: Final = {
+    "^": "; powers are written **",
+    ".": "; functions stand alone: exp(...), not np.exp(...)",
+    ",": "; functions take one argument",
+    "=": "; values follow a comma",
+    "name": f"{PRODUCT}, values follow a comma",
+    **dict.fromkeys(("number", "whole", "("), PRODUCT),
+}
+"""What is told of a token, or of a kind of token, that stands in place of an operator."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +96,16 @@ class FormulaText:
 
     def __post_init__(self) -> None:
         """Read the text once."""
-        parser = _Parser(self.text)
+        parser = _Parser(self.text, Graph("s"), {})
         object.__setattr__(self, "_output", parser.whole().number)
         object.__setattr__(self, "_graph", parser.graph)
 
     def __call__(self, s: Any, **values: Any) -> Any:
-        """Compute it."""
-        return evaluate(self._graph, [self._output], {"s": s, **values})[0]
+        """Compute it; of expressions, in their graph what a function would leave there."""
+        given = {"s": s, **values}
+        if isinstance(s, Expression):
+            return _Parser(self.text, s.graph, given).whole()
+        return evaluate(self._graph, [self._output], given)[0]
 
     @property
     def __name__(self) -> str:
@@ -85,8 +127,10 @@ class FormulaText:
 class _Parser:
     """Descends through the grammar; `depth` bounds how far."""
 
-    def __init__(self, text: str) -> None:
-        self.text, self.graph, self.depth, self.place = text, Graph("s"), 0, 0
+    def __init__(self, text: str, graph: Graph, given: Mapping[str, Value]) -> None:
+        self.text, self.graph, self.given = text, graph, given
+        self.depth, self.place, self.names = 0, 0, {graph.variable}
+        self.most_nodes = len(graph.nodes) + MOST_OPERATIONS
         if len(text) > MOST_CHARACTERS:
             raise self.wrong(f"has {len(text)} characters: at most {MOST_CHARACTERS} are read")
         self.advance()
@@ -98,16 +142,16 @@ class _Parser:
         self.kind = str(match.lastgroup)
         self.token, self.start, self.place = match[self.kind], match.start(self.kind), match.end()
 
-    def wrong(self, what: str) -> ValueError:
-        return ValueError(f"the formula {shown(self.text)} {what}")
+    def wrong(self, what: str, start: int | None = None, reason: str = "") -> ValueError:
+        place = "" if start is None else f" at character {start + 1}"
+        return ValueError(f"the formula {shown(self.text)} {what}{place}{reason}")
 
     def unexpected(self, expected: str) -> ValueError:
         where = f"where {expected} is expected"
         if self.kind == "end":
             return self.wrong(f"ends {where}")
-        powers = "; powers are written **" if self.token == "^" else ""
-        place = f"at character {self.start + 1}"
-        return self.wrong(f"has {shown(self.token)} {place}, {where}{powers}")
+        hint = HINTS.get(self.token, HINTS.get(self.kind, "")) if expected != OPERAND else ""
+        return self.wrong(f"has {shown(self.token)}", self.start, f", {where}{hint}")
 
     def taken(self, *tokens: str) -> str:
         """Go past one of these tokens, or return ''."""
@@ -117,34 +161,42 @@ class _Parser:
         self.advance()
         return token
 
-    def made(self, operation: Callable[..., Expression], *terms: Any) -> Expression:
+    def made(self, start: int, operation: Callable[..., Value], *terms: Any) -> Value:
+        """Carry out an operation that is written at `start`."""
         try:
-            return operation(*terms)
+            result = operation(*terms)
+            if isinstance(result, float) and not math.isfinite(result):
+                raise NotTraceable(f"the constant {result} is not finite")
         except (NotTraceable, ArithmeticError, ValueError) as reason:
-            raise self.wrong(f"has no value before character {self.start + 1}: {reason}") from None
+            raise self.wrong("fails", start, f": {reason}") from None
+        if len(self.graph.nodes) > self.most_nodes:
+            raise self.wrong(f"takes more than {MOST_OPERATIONS} operations", start)
+        return result
 
     def whole(self) -> Expression:
         result = self.sum()
         if self.kind != "end":
             raise self.unexpected("an operator or the end")
-        return result
+        return as_expression(self.graph, result)
 
-    def sum(self) -> Expression:
-        term = self.product()
-        while sign := self.taken("+", "-"):
-            term = self.made(OPERATIONS[sign], term, self.product())
+    def chain(self, signs: tuple[str, ...], operand: Callable[[], Value]) -> Value:
+        """Read operands between signs, from left to right."""
+        term, start = operand(), self.start
+        while sign := self.taken(*signs):
+            term = self.made(start, OPERATIONS[sign], term, operand())
+            start = self.start
         return term
 
-    def product(self) -> Expression:
-        term = self.signed()
-        while sign := self.taken("*", "/"):
-            term = self.made(OPERATIONS[sign], term, self.signed())
-        return term
+    def sum(self) -> Value:
+        return self.chain(("+", "-"), self.product)
 
-    def signed(self) -> Expression:
+    def product(self) -> Value:
+        return self.chain(("*", "/"), self.signed)
+
+    def signed(self) -> Value:
         self.depth += 1
         if self.depth > MOST_NESTED:
-            raise self.wrong(f"is nested more than {MOST_NESTED} deep")
+            raise self.wrong(f"is nested more than {MOST_NESTED} deep", self.start)
         if sign := self.taken("+", "-"):
             term = self.signed()
             term = -term if sign == "-" else term
@@ -153,32 +205,44 @@ class _Parser:
         self.depth -= 1
         return term
 
-    def power(self) -> Expression:
-        base = self.atom()
-        if self.taken("**"):
-            return self.made(OPERATIONS["**"], base, self.signed())
-        return base
+    def power(self) -> Value:
+        base, start = self.atom(), self.start
+        if not self.taken("**"):
+            return base
+        exponent = self.signed()
+        constant = exponent.node.value if isinstance(exponent, Expression) else exponent
+        if abs(constant) > LARGEST_EXPONENT:
+            reason = f": {constant:g}, at most {LARGEST_EXPONENT} is allowed"
+            raise self.wrong("has a large exponent", start, reason)
+        return self.made(start, OPERATIONS["**"], base, exponent)
 
-    def atom(self) -> Expression:
-        token, kind = self.token, self.kind
+    def atom(self) -> Value:
+        token, kind, start = self.token, self.kind, self.start
         if self.taken("("):
             return self.closed()
-        if kind not in ("number", "name"):
-            raise self.unexpected("a number, a name or (")
+        if kind not in ("number", "whole", "name"):
+            raise self.unexpected(OPERAND)
         self.advance()
-        return self.named(token) if kind == "name" else self.made(self.graph.constant, float(token))
+        if kind == "name":
+            return self.named(token, start)
+        return self.made(start, float, token if kind == "number" else int(token, base=0))
 
-    def named(self, name: str) -> Expression:
+    def named(self, name: str, start: int) -> Value:
         if self.taken("("):
-            if name not in ELEMENTARY:
-                known = did_you_mean(name, ELEMENTARY)
-                raise self.wrong(f"calls {shown(name)}, which is no function. {known}")
-            return self.made(partial(elementary, name), self.closed())
-        if name in ELEMENTARY:
-            raise self.wrong(f"names {name} without an argument: write {name}(...)")
-        return self.graph.symbol(name)
+            if name not in FUNCTIONS:
+                known = f", which is no function. {did_you_mean(name, KNOWN)}"
+                raise self.wrong(f"calls {shown(name)}", start, f"{known} Products are written *.")
+            return self.made(start, FUNCTIONS[name], self.closed())
+        if name in FUNCTIONS:
+            raise self.wrong(f"names {name} without an argument", start, f": write {name}(...)")
+        if name in ("inf", "nan"):
+            raise self.wrong(f"has {name}", start, ": its numbers are finite")
+        self.names.add(name)
+        if len(self.names) > 1 + MOST_PARAMETERS:
+            raise self.wrong(f"has more than {MOST_PARAMETERS} parameters", start)
+        return self.given[name] if name in self.given else self.graph.symbol(name)
 
-    def closed(self) -> Expression:
+    def closed(self) -> Value:
         result = self.sum()
         if not self.taken(")"):
             raise self.unexpected(")")

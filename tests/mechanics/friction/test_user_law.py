@@ -268,3 +268,52 @@ def test_a_law_that_cannot_be_compiled_is_an_error_of_one_line(force):
     assert "its steps depend on the value of its argument" in str(error.value)
     assert "nor compiled (" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+FORMULA = "mu + (1 - mu) * exp(-s / v)"
+VALUES = {"mu": 0.3, "v": 0.1}
+
+
+def test_a_formula_shares_its_kernels_with_the_same_function():
+    law = friction_law(FORMULA, parameters=VALUES)
+    same = friction_law(lambda s, mu, v: mu + (1 - mu) * np.exp(-s / v), parameters=VALUES)
+    assert law.formula == same.formula
+    assert law_code([law]) is law_code([same])
+    backwards = friction_law(FORMULA, parameters=dict(reversed(VALUES.items())))
+    assert law_code([backwards]) is law_code([law])
+    assert backwards == law
+    both = friction_law("a + 0*s", forward=FORMULA, parameters={**VALUES, "a": 0.5})
+    assert list(both.parameters) == ["a", "mu", "v"]
+    assert repr(law) == f"friction_law({FORMULA!r}, parameters={VALUES!r})"
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("exp(-s", {}, "the formula 'exp(-s' ends where ) is expected"),
+        ("exp(-s)", {"forward": "1 +"}, "the formula '1 +' ends where a number, a name or ("),
+        ("mu + 0*s", {}, "needs a value for 'mu': parameters={'mu': ...}"),
+        ("mu + s*0", {"parameters": {"mu": 0.3, "mue": 1}}, "no parameter 'mue'. Known: mu. Did"),
+        ("mu / v", {"parameters": {"mu": 0.3, "v": 0.0}}, "failed at s = 0: ZeroDivisionError"),
+        ("mu / v", {"parameters": {"mu": 0.3, "v": math.inf}}, "v must be a finite number"),
+        ("sqrt(s)", {}, "'sqrt(s)' cannot be used: it has no Taylor series at s = 0"),
+        ("s**p", {"parameters": {"p": 0.5}}, "it has no Taylor series at s = 0"),
+        ("exp(s**4)", {}, "a law must be finite for 0 <= s <= 10"),
+        ("2 - s", {}, "F(0) = 2.0 of the friction law 2 - s; allowed: 0 <= F(0) <= 1"),
+        ("law + 0*s", {"parameters": {"law": 0.3}}, "has a parameter law: model files mean"),
+    ],
+)
+def test_what_is_wrong_with_a_formula_is_said(text, options, message):
+    with pytest.raises(ValueError, match=r"friction law|the formula") as error:
+        friction_law(text, **options)
+    assert message in str(error.value)
+
+
+def test_a_law_has_no_parameter_that_is_a_number_of_its_model():
+    """It hid that number: `parameters` told the law's value for it."""
+    law = friction_law("V + 0*s", parameters={"V": 0.3})
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
+    with pytest.raises(ValueError, match="V is a number of TwoBlock and a parameter of its fric"):
+        _ = model.parameters
+    with pytest.raises(ValueError, match=r"or a formula, in friction_law"):
+        ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction="1 - s")

@@ -42,8 +42,7 @@ FORMULA = (
     COULOMB.partition("[friction]")[0]
     + """\
 [friction]
-law = "formula"
-force = "mu + (1 - mu) * exp(-s / v)"
+law = "mu + (1 - mu) * exp(-s / v)"
 mu = 0.2
 v = 0.5
 """
@@ -337,11 +336,24 @@ BAD = {
         ["friction: the formula 'mu + (1 - mu) / (1 + s' ends where ) is expected"],
     ),
     "formula without a value": (
-        COULOMB.partition("[friction]")[0] + 'friction = "mu + (1 - mu) / (1 + s)"\n',
-        ["friction: force of the friction law mu + (1 - mu) / (1 + s) needs a value for 'mu'"],
+        FORMULA.replace("v = 0.5\n", ""),
+        ["[friction]", "exp(-s / v)' needs a value for v: write v = ... below it"],
     ),
-    "formula as a number": (FORMULA.replace('"mu + (1 - mu) * exp(-s / v)"', "1"), ["force = 1"]),
-    "formula missing": (FORMULA.replace("force =", "v2 ="), ["[friction]", "lacks force"]),
+    "formula without values": (
+        FORMULA.replace("mu = 0.2\nv =", "vv ="),
+        ["needs values for mu, v: write mu = ... v = ... below it; it has no vv"],
+    ),
+    "formula in a line without a value": (
+        COULOMB.partition("[friction]")[0] + 'friction = "mu + (1 - mu) / (1 + s)"\n',
+        ["friction: ", "needs a value for mu: write ', mu=...' behind it"],
+    ),
+    "formula with one value more": (FORMULA + "vv = 1\n", ["unknown key 'vv'", "mean 'v'?"]),
+    "formula above a number of the model": (
+        FORMULA + "damping = 0.1\n",
+        ["unknown key 'damping'", "write it before any [table]"],
+    ),
+    "formula of a value that is text": (FORMULA.replace("0.5", '"0.5"'), ["v = '0.5'"]),
+    "forward as a number": (FORMULA + "forward = 1\n", ["forward = 1 must be a formula"]),
     "formula outside of [0, 1]": (FORMULA.replace("(1 - mu)", "2"), ["[friction]", "F(0) = 2.2"]),
     "friction as a number": (
         COULOMB.partition("[friction]")[0] + "friction = 0.22\n",

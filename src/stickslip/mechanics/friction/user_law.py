@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter
 from numbers import Real
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Final, Self
 
 import numpy as np
 
@@ -66,6 +66,8 @@ def parameter_names(function: Callable[..., Any]) -> list[str]:
 SAMPLE = (0.0, *(float(s) for s in np.geomspace(1e-6, 10.0, 50)))
 # What a trace, or a slope given with the law, may differ from the law's own values.
 AGREEMENT = 1e-9
+RESERVED: Final = frozenset({"law", "forward"})
+"""What stands beside the values of a formula in a file."""
 SLOPE_AGREEMENT = 1e-6
 
 
@@ -85,7 +87,7 @@ def friction_law(
         ``force(s, a, ...)``: kinetic friction over the static limit at the slip speed
         ``s >= 0``, with ``0 <= F(0) <= 1``. It opposes the slip. As text, in `s` and the
         parameters: numbers, names, ``+ - * / **``, parentheses and ``exp, expm1, log, log1p,
-        sqrt, sin, cos, tan, sinh, cosh, tanh, atan, asinh``; nothing in it runs as Python.
+        sqrt, sin, cos, tan, sinh, cosh, tanh, atan, asinh, abs``; nothing in it runs as Python.
     parameters : mapping of str to float, optional
         The named parameters and their values. They count among a model's parameters.
     slope : callable, optional
@@ -124,10 +126,20 @@ def friction_law(
     0.65
     """
     given = {} if parameters is None else parameters
-    values = tuple(instance("parameters", given, Mapping, "names with their values").items())
+    values = dict(instance("parameters", given, Mapping, "names with their values"))
     function = FormulaText(force) if isinstance(force, str) else force
     other = FormulaText(forward) if isinstance(forward, str) else forward
-    return UserLaw(function, values, slope, other)
+    for text in (other, function):
+        if not isinstance(text, FormulaText):
+            continue
+        if taken := RESERVED.intersection(text.names):
+            raise ValueError(
+                f"the formula {shown(text.text)} has a parameter {min(taken)}: model files mean "
+                "something else by that word. Take another name."
+            )
+        # In their order there: equal texts, equal kernels.
+        values = {name: values[name] for name in text.names if name in values} | values
+    return UserLaw(function, tuple(values.items()), slope, other)
 
 
 @dataclass(frozen=True, repr=False)

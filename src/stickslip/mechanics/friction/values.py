@@ -3,34 +3,94 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import Any, Final
 
 from stickslip.checks import shown
 from stickslip.mechanics.friction import LAWS, TabulatedFriction, UserLaw, friction_law
 from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.vocabulary import did_you_mean
+from stickslip.mechanics.friction.user_law import RESERVED
+from stickslip.numerics.formula_text import FormulaText
+from stickslip.vocabulary import closest, did_you_mean
 
 
-def parse_law(text: str) -> FrictionLaw:
-    """Read ``"coulomb:mu=0.22"`` or ``"a + (1 - a) / (1 + s), a=0.3"``; ``str(law)`` writes it."""
-    if NAMED.match(text) is None:
-        force, *items = text.split(",")
-        return _formula({"force": force.strip(), **_items(items, text)})
-    name, _, rest = text.strip().partition(":")
-    name = name.strip().lower().replace("_", "-")
-    if name not in LAWS:
-        raise ValueError(f"there is no friction law {shown(name)}. {did_you_mean(name, LAWS)}")
-    law = LAWS[name]
-    return law.from_values(_items(rest.split(","), text))
+def parse_law(text: str, numbers: Mapping[str, float] = MappingProxyType({})) -> FrictionLaw:
+    """Read ``"coulomb:mu=0.22"`` or ``"a + (1 - a) / (1 + s), a=0.3"``; ``str(law)`` writes it.
+
+    Its `numbers` come before those in the text, and may be of other things.
+    """
+    law, values = _split(text)
+    mine = {name: numbers[name] for name in _names(law, values) if name in numbers}
+    return _made(law, values | mine, in_table=False)
 
 
-NAMED: Final = re.compile(r"\s*[\w-]*\s*(:|$)")
-"""What starts with the name of a law; all else is a formula."""
-FORMULA: Final = "formula"
-TEXTS: Final = ("force", "forward")
-"""Of a formula law; its other keys are its parameters."""
+def taken(text: str, numbers: Collection[str]) -> set[str]:
+    """Tell which of these names a law that is written so can take a value for."""
+    return set(numbers).intersection(_names(*_split(text)))
+
+
+NAMED: Final = re.compile(r"\s*([\w-]*)\s*:(.*)", re.DOTALL)
+"""What begins with the name of a law."""
+VALUE: Final = re.compile(r",(?=\s*[^\W\d]\w*\s*=)")
+"""Before each value that follows a formula."""
+FORWARD: Final = "forward"
+"""Key of a second formula, beside the values of the first."""
+
+
+def _split(text: str) -> tuple[str, dict[str, Any]]:
+    """Return a law as it is named or written, and the values behind it."""
+    named = NAMED.match(text)
+    law, *items = [named[1], *named[2].split(",")] if named else VALUE.split(text)
+    return law.strip(), _items(items, text)
+
+
+def _built_in(law: str) -> type[FrictionLaw] | None:
+    return LAWS.get(law.strip().lower().replace("_", "-"))
+
+
+def _names(law: str, values: Mapping[str, Any]) -> list[str]:
+    """Return all names that a law takes values for."""
+    if (known := _built_in(law)) is not None:
+        return list(known.fields())
+    texts = [law, *(values[name] for name in values if name == FORWARD)]
+    return list(dict.fromkeys(name for text in texts for name in FormulaText(text).names))
+
+
+def _made(law: str, values: Mapping[str, Any], *, in_table: bool) -> FrictionLaw:
+    """Make a law that is named or written as a formula."""
+    if (known := _built_in(law)) is not None:
+        if in_table:
+            refuse_unknown(values, known.fields())
+        return known.from_values(values)
+    looks_like_a_name = law.isidentifier() or closest(law, list(LAWS))
+    if looks_like_a_name and law not in ("s", *values):
+        known_names = LAWS_IN_FILES if in_table else LAWS
+        raise ValueError(f"there is no friction law {shown(law)}. {did_you_mean(law, known_names)}")
+    forward = values.get(FORWARD)
+    if not isinstance(forward, str | None):
+        raise ValueError(f"{FORWARD} = {shown(forward)} must be a formula in quotation marks")
+    names = _names(law, values)
+    numbers = {name: value for name, value in values.items() if name != FORWARD}
+    if missing := [name for name in names if name not in numbers and name not in RESERVED]:
+        raise ValueError(f"the formula {shown(law)} {_lacking(missing, numbers, names, in_table)}")
+    if in_table:
+        refuse_unknown(numbers, names)
+    return friction_law(law, forward=forward, parameters=numbers)
+
+
+def _lacking(
+    missing: Sequence[str], given: Iterable[str], names: Collection[str], in_table: bool
+) -> str:
+    """Say which values a formula needs, where they go, and which stand there for nothing."""
+    needs = f"values for {', '.join(missing)}" if missing[1:] else f"a value for {missing[0]}"
+    if in_table:
+        write = "".join(f"{name} = ... " for name in missing) + "below it"
+    else:
+        write = repr("".join(f", {name}=..." for name in missing)) + " behind it"
+    left = [name for name in given if name not in names]
+    return f"needs {needs}: write {write}" + (f"; it has no {', '.join(left)}" if left else "")
 
 
 def _items(items: Sequence[str], text: str) -> dict[str, Any]:
@@ -41,7 +101,7 @@ def _items(items: Sequence[str], text: str) -> dict[str, Any]:
             raise ValueError(f"{shown(item)} in {shown(text)} is not of the form parameter=value")
         if key in values:
             raise ValueError(f"{shown(key)} is given twice in {shown(text)}")
-        values[key] = value if key in TEXTS else _number(key, value)
+        values[key] = value if key == FORWARD else _number(key, value)
     return values
 
 
@@ -52,23 +112,13 @@ def _number(key: str, text: str) -> float:
         raise ValueError(f"{key} = {shown(text)} of a friction law is not a number") from None
 
 
-def _formula(values: Mapping[str, Any]) -> UserLaw:
-    refuse_missing(values, ("force",))
-    texts = {name: values[name] for name in TEXTS if name in values}
-    for name, text in texts.items():
-        if not isinstance(text, str):
-            raise ValueError(f"{name} = {shown(text)} must be a formula in quotation marks")
-    numbers = {name: value for name, value in values.items() if name not in TEXTS}
-    return friction_law(**texts, parameters=numbers)
-
-
 TABLE: Final = ("speed", "force")
 ABOVE_TABLES: Final = (
     *("kind", "alpha", "beta", "V", "damping", "static", "mass", "stiffness", "support", "ends"),
     *("friction", "units", "physical", "forcing", "force", "contact", "A", "B", "C", "a"),
 )
 """Keys of models, of any kind, which slip under a table that is written too early."""
-LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name, FORMULA)
+LAWS_IN_FILES: Final = (*LAWS, TabulatedFriction.name)
 
 
 def law_values(law: FrictionLaw) -> dict[str, Any]:
@@ -76,11 +126,11 @@ def law_values(law: FrictionLaw) -> dict[str, Any]:
     if isinstance(law, TabulatedFriction):
         return {"law": law.name, "speed": list(law.speeds), "force": list(law.forces)}
     if isinstance(law, UserLaw) and law.text is not None:
-        return {"law": FORMULA, **law.text, **law.parameters}
+        return {"law" if k == "force" else k: text for k, text in law.text.items()} | law.parameters
     if LAWS.get(law.name) is not type(law):
         raise ValueError(
             f"the friction law {law.title} is a Python function, which a file cannot hold. "
-            f"Laws in files: {', '.join(LAWS_IN_FILES)}."
+            f"Laws in files: {', '.join(LAWS_IN_FILES)}, or a formula as text."
         )
     return {"law": law.name, **law.parameters, **law.options}
 
@@ -126,15 +176,7 @@ def _law(table: dict[str, Any]) -> FrictionLaw:
         refuse_unknown(values, TABLE)
         refuse_missing(values, TABLE)
         return TabulatedFriction(**values)
-    if name == FORMULA:
-        return _formula(values)
-    if name not in LAWS:
-        raise ValueError(
-            f"law = {shown(name)} is no friction law. {did_you_mean(name, LAWS_IN_FILES)}"
-        )
-    law = LAWS[name]
-    refuse_unknown(values, law.fields())
-    return law.from_values(values)
+    return _made(name, values, in_table=True)
 
 
 def refuse_unknown(

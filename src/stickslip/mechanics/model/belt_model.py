@@ -243,7 +243,13 @@ class BeltModel(ABC):
             name: laws[where[0][0]].parameters[where[0][1]]
             for name, where in self.law_parameters.items()
         }
-        return {**self.numbers, **friction, **self._wave_numbers}
+        numbers = self.numbers
+        if twice := sorted(numbers.keys() & friction.keys()):
+            raise ValueError(
+                f"{twice[0]} is a number of {type(self).__name__} and a parameter of its friction "
+                "law. Give the law's another name."
+            )
+        return {**numbers, **friction, **self._wave_numbers}
 
     def replace(self, **changes: Any) -> Self:
         """Make a changed copy, by parameter name.
@@ -552,8 +558,8 @@ def laws_of(friction: object, n_blocks: int) -> Friction:
             "law for all, or one per block."
         )
     remedy = (
-        "Wrap a function of the slip speed in friction_law(...)."
-        if callable(friction) and not isinstance(friction, type)
+        "Wrap a function of the slip speed, or a formula, in friction_law(...)."
+        if isinstance(friction, str) or (callable(friction) and not isinstance(friction, type))
         else "Take Coulomb(mu=), PoppStelter(gamma=) or friction_law(...)."
     )
     raise ValueError(
