@@ -57,6 +57,23 @@ def test_a_forced_cycle_is_a_point_of_the_stroboscopic_map_and_is_followed(mu: f
     np.testing.assert_allclose(there.x[0], beside.x[0], rtol=0, atol=1e-11)
 
 
+@pytest.mark.parametrize("start", [1.12, 1.075])
+def test_a_cycle_is_followed_past_events_at_the_phase_of_its_section(start: float) -> None:
+    # A foot comes to rest at its limit always, which is no change of modes: following ended there.
+    model = ss.Structure(
+        mass=[1.0],
+        stiffness=[1.0],
+        damping=[0.02],
+        contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=1.0), stiffness=1.0)],
+        forcing=ss.Harmonic(1.0, start),
+    )
+    curve = ss.follow(ss.find_cycle(model, [0.0], [0.0]), "forcing.frequency", (1.01, 1.13))
+    assert curve.end_reasons == ("end of range", "end of range")
+    there = curve.at(**{"forcing.frequency": 1.03})
+    beside = ss.find_cycle(model.replace(**{"forcing.frequency": 1.03}), there.x, there.v)
+    np.testing.assert_allclose(there.x, beside.x, rtol=0, atol=1e-10)
+
+
 def test_a_mass_on_a_belt_sticks_and_slips_by_a_spring() -> None:
     """Free cycles begin at an event; at a breakaway with mu < 1 a spring has just relaxed."""
     model = blade(0.4, force=0.0, damping=0.02, V=0.08, stiffness=20.0)

@@ -39,7 +39,7 @@ class Touch(NamedTuple):
 
 def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
     """Collect them along a motion, by ascending size of the room."""
-    motion = shooter.motion
+    motion, feet = shooter.motion, shooter.model.plant.elastic
     shooter.place(state)
     found: list[Touch] = []
     t, last = 0.0, (-np.inf, -1)
@@ -53,8 +53,11 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
         t += h
         if motion.event.any():
             for i in map(int, np.flatnonzero(motion.event == LANDING)):
-                spare = float(motion.limit[i] - abs(motion.e[i]))
-                found.append(Touch("landing", t, i, spare))
+                # A foot that comes to rest is at its kinetic force, with F(0) = 1 at its limit, and
+                # sticks: the force turns back as the velocity does.
+                if i not in feet:
+                    spare = float(motion.limit[i] - abs(motion.e[i]))
+                    found.append(Touch("landing", t, i, spare))
                 found += _barely_landed(mode[i] * shooter.work.w[i], t, i, h)
             shooter.engine.settle(motion, shooter.work)
             changed = np.flatnonzero(motion.mode != mode)
@@ -89,6 +92,8 @@ def _inside(
             later = (kernels.row_coefficient(shooter.system, work, row, k) for k in orders)
             force = np.array([needed, *later])
         signals = [("limit", work.limit[block] + sign * force) for _, sign in SIDES]
+        if block in shooter.model.plant.elastic:  # at its limit it has just landed, and turns back
+            signals = [each for each in signals if each[1][0] > ROUNDING * work.limit[block][0]]
     found = []
     for kind, signal in signals:
         at = lowest_minimum(signal, h)
