@@ -88,7 +88,8 @@ export class Controls {
         ...ofLaw.map(row),
       ]),
     );
-    for (const input of this.lawRows.querySelectorAll("input")) if (name && input.name === name) input.focus();
+    const again = [...this.lawRows.querySelectorAll("input")].find((input) => input.name === name);
+    if (name) again?.focus();
     const options = continuousParameters(limits, state.model).map((one) =>
       element("option", { value: one.name }, `${one.symbol}, ${one.meaning}`),
     );

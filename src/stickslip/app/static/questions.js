@@ -89,4 +89,5 @@ export const PATIENT = new Set(["diagram", "basins", "power", "cycle"]);
 const OF_LINE = ["locus", "map", "power", "cobweb", "basins", "diagram", "motion"];
 
 /** Slots that have a meaning for a model; those first that need no kernels. @param {State} state */
-export const slotsFor = ({ model }) => ["law", ...(hasLineMap(model) ? OF_LINE : ["motion", "cycle"])];
+export const slotsFor = ({ model }) =>
+  hasLineMap(model) ? ["law", ...OF_LINE] : ["law", "motion", "cycle"];
