@@ -12,6 +12,7 @@ from stickslip.app.requests import request_of
 
 LAW9 = {**COULOMB, "friction": {"law": "popp-stelter", "gamma": 3.0}}
 MIXED = {**COULOMB, "friction": [COULOMB["friction"], LAW9["friction"]]}
+FORMULA = {"law": "mu + (1 - mu) * exp(-s / v)", "mu": 0.3, "v": 0.1}
 FORCED = {**CHAIN, "forcing": {"amplitude": 0.3, "frequency": 2.0}}
 TABLE = {**CHAIN, "friction": {"law": "tabulated", "speed": [0, 2], "force": [1, 0.3]}}
 
@@ -50,3 +51,24 @@ def test_a_process_compiles_once(tmp_path, monkeypatch):
     mark.unlink()
     with pytest.raises(FileNotFoundError):
         Compiler().prepare([asked("motion", d=0.2)])
+
+
+def test_the_numbers_of_a_formula_ask_for_no_other_kernels(tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)
+    monkeypatch.setattr(compiler, "MOST_FORMULAS", 2)
+    monkeypatch.setattr(Compiler, "_run", lambda self, todo, report: ran.append(todo) or True)
+    ours = Compiler()
+
+    def prepare(law):
+        ours.prepare([asked("motion", {**COULOMB, "friction": law}, d=0.1)])
+
+    for law in (FORMULA, {**FORMULA, "mu": 0.2}, {**FORMULA, "mu": 0.0}, {"law": "1 - s"}):
+        prepare(law)
+    assert len(ran) == 3  # a number that is 0 may
+    with pytest.raises(compiler.BadRequestError, match="has taken 2 formulas") as error:
+        prepare({"law": "1 - 2*s"})
+    assert error.value.field == "model.law"
+    prepare(FORMULA)
+    prepare(LAW9["friction"])
+    assert len(ran) == 4

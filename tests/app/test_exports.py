@@ -111,3 +111,11 @@ def test_large_and_broken_requests_are_refused(client):
     assert client.post("/export", content=b"{" * 70_000).status_code == 413
     assert client.post("/export", content=b"{").status_code == 422
     assert client.get("/export").status_code == 405
+
+
+def test_a_formula_is_written_as_python(client):
+    law = {"law": "mu + (1 - mu) * exp(-s / v)", "mu": 0.3, "v": 0.1, "forward": "exp(-s)"}
+    text = export(client, "law", "python", model={**COULOMB, "friction": law}).text
+    line = next(line for line in text.splitlines() if line.startswith("model = "))
+    made = ss.friction_law(law["law"], parameters={"mu": 0.3, "v": 0.1}, forward="exp(-s)")
+    assert eval(line.removeprefix("model = "), {"ss": ss}).friction == made

@@ -53,7 +53,7 @@ BAD = {
         {"model": {**COULOMB, "friction": {"law": "coulomb", "mu": 2}}},
         "model.mu",
     ),
-    "law as text": ("law", {"model": {**COULOMB, "friction": "lambda s: s"}}, "model.friction"),
+    "law as text": ("law", {"model": {**COULOMB, "friction": "lambda s: s"}}, "model.law"),
     "no such law": ("law", {"model": {**COULOMB, "friction": {"law": "exec"}}}, "model.law"),
     "model without kind": ("law", {"model": {}}, "model"),
     "too many blocks": ("law", {"model": {"kind": "chain", "static": [1] * 21}}, "model.static"),
@@ -83,11 +83,29 @@ def test_a_bad_request_is_answered_with_the_field_at_fault(page, name):
     assert "Traceback" not in error["message"]
 
 
-@pytest.mark.parametrize("law", ["1 / (1 + s)", {"law": "formula", "force": "1 / (1 + s)"}])
-def test_a_formula_is_refused_before_it_is_compiled(page, law):
+FORMULA = {"law": "mu + (1 - mu) * exp(-s / v)", "mu": 0.3, "v": 0.1}
+
+
+def test_a_formula_is_a_law(page):
+    law = page.parts("law", model={**COULOMB, "friction": FORMULA}, range=2.0, points=5)["law"]
+    same = ss.friction_law(lambda s: 0.3 + 0.7 * np.exp(-s / 0.1))
+    np.testing.assert_array_equal(law.arrays["force"][:, 0], same.force(law.arrays["s"]))
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ({**FORMULA, "law": "mu + exp(-s / v"}, "the formula 'mu + exp(-s / v' ends where ) is"),
+        ({**FORMULA, "law": "mu^2"}, "powers are written **"),
+        ({"law": "2 - s"}, "F(0) = 2.0 of the friction law 2 - s"),
+        ({"law": "__import__('os')"}, "calls '__import__' at character 1, which is no function"),
+        ({"law": "+".join(f"exp(-s*{k}.5)/99" for k in range(20))}, "takes at most 40"),
+    ],
+)
+def test_a_formula_that_is_none_is_told_at_its_field(page, law, message):
     error = page.error("law", model={**COULOMB, "friction": law})
-    assert error["field"] == "model.friction"
-    assert "a formula is not served" in error["message"]
+    assert error["field"] == "model.law"
+    assert message in error["message"]
 
 
 def test_an_impossible_model_is_told_with_value_and_range(page):

@@ -9,6 +9,7 @@ from stickslip.app.requests import model_of
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import MAX_EVENTS, map_of, start_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
+from stickslip.mechanics.friction.values import FORWARD
 from stickslip.mechanics.model.file import MODELS, model_values
 
 CLASSES: Final = {name: cls.__name__ for name, cls in MODELS.items()}
@@ -19,7 +20,7 @@ LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
 
 def as_python(request: requests.Request) -> str:
     """Write a program whose numbers and whose axes ``ax`` are those of a view."""
-    # Only numbers of the request get into the program: it is not made of its texts.
+    # Only numbers of the request, and formulas in quotation marks, get into the program.
     body = TEXTS[type(request)](request)
     head = ["import stickslip as ss", *sorted({line for line in body if line.startswith("from ")})]
     if any("np." in line for line in body):
@@ -45,6 +46,9 @@ def model_text(request: requests.Request) -> str:
 
 def _law(values: dict[str, Any]) -> str:
     rest = {name: value for name, value in values.items() if name != "law"}
+    if values["law"] not in LAW_CLASSES:  # a formula, which the grammar has read
+        forward = {FORWARD: rest.pop(FORWARD)} if FORWARD in rest else {}
+        return _call("ss.friction_law", {"force": values["law"], "parameters": rest, **forward})
     return _call(f"ss.{LAW_CLASSES[values['law']]}", rest)
 
 

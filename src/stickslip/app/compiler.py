@@ -19,9 +19,10 @@ import msgspec
 
 from stickslip import examples
 from stickslip.app import requests
-from stickslip.app.requests import model_of
+from stickslip.app.requests import BadRequestError, model_of
 from stickslip.app.views import VIEWS
-from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction
+from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction, UserLaw
+from stickslip.mechanics.friction.values import law_values
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_values
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -32,6 +33,7 @@ LOG: Final = logging.getLogger(__name__)
 WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 NAMES: Final = {kind: view for view, kind in requests.REQUESTS.items()}
 LONGEST: Final = 1200.0  # seconds for one process
+MOST_FORMULAS: Final = 50  # of one server: each keeps the compiler busy for some time
 NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of the others 0.1, and 0 is kept
 
 
@@ -40,6 +42,7 @@ class Compiler:
 
     def __init__(self) -> None:
         self._done: set[str] = set()
+        self._formulas: set[str] = set()
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -50,7 +53,9 @@ class Compiler:
     ) -> None:
         """Compile the kernels that these requests need, unless that was done before."""
         # `report` is told how many of how many of them are ready.
+        # BadRequestError for one formula too many.
         keyed = {_key(small): small for request in asked if (small := typical(request))}
+        self._count(text for small in keyed.values() for text in _formulas(small))
         if keyed.keys() <= self._done or (root := cache_root()) is None:
             return
         with self._lock:
@@ -61,6 +66,16 @@ class Compiler:
                 for key in keyed:
                     (marks / key).touch()
             self._done |= keyed.keys()  # what failed is not tried again, but compiled when needed
+
+    def _count(self, formulas: Iterable[str]) -> None:
+        known = self._formulas.union(formulas)
+        if known != self._formulas and len(known) > MOST_FORMULAS:
+            raise BadRequestError(
+                f"this server has taken {MOST_FORMULAS} formulas and takes no other, so that its "
+                "compiler stays free. Start it anew.",
+                "model.law",
+            )
+        self._formulas = known
 
     def _run(self, todo: list[requests.Request], report: Callable[[int, int], None]) -> bool:
         command = [sys.executable, "-m", "stickslip.app.compiler"]
@@ -91,7 +106,23 @@ class Compiler:
 
 
 def _key(small: requests.Request) -> str:
-    return hashlib.sha256(msgspec.json.encode((NAMES[type(small)], small))).hexdigest()[:16]
+    """Hash what is compiled; of a formula's numbers it matters only whether they are 0."""
+    laws = [
+        {name: bool(value) if isinstance(value, float) else value for name, value in law.items()}
+        for law in _laws(small)
+    ]
+    asked = {**msgspec.structs.asdict(small), "model": {**small.model, "friction": laws}}
+    return hashlib.sha256(msgspec.json.encode((NAMES[type(small)], asked))).hexdigest()[:16]
+
+
+def _laws(small: requests.Request) -> list[dict[str, Any]]:
+    friction = small.model["friction"]
+    return friction if isinstance(friction, list) else [friction]
+
+
+def _formulas(small: requests.Request) -> Iterator[str]:
+    laws = model_of(small).laws
+    return (str(law_values(law)["law"]) for law in laws if isinstance(law, UserLaw))
 
 
 def typical(request: requests.Request) -> requests.Request | None:
@@ -140,6 +171,8 @@ def _typical_model(model: Model) -> dict[str, Any]:
 def _typical_law(law: FrictionLaw) -> dict[str, Any]:
     if isinstance(law, TabulatedFriction):
         return {"law": law.name, "speed": [0.0, 1.0, 2.0], "force": [1.0, 0.5, 0.4]}
+    if isinstance(law, UserLaw):  # 0.1 for all may be no law
+        return law_values(law)
     given = law.parameters.items()
     numbers = {name: NUMBERS.get(name, 0.1) if value else 0.0 for name, value in given}
     return {"law": law.name, **numbers, **law.options}

@@ -19,7 +19,8 @@ from msgspec import Meta, Raw, Struct
 from numpy.typing import NDArray
 
 from stickslip.checks import finite_number
-from stickslip.mechanics.friction import LAWS, TabulatedFriction
+from stickslip.mechanics.friction import UserLaw
+from stickslip.mechanics.friction.formula import TracedFormula
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_of_values
 from stickslip.vocabulary import did_you_mean
@@ -32,6 +33,7 @@ FAR: Final = 10.0  # times beyond a slider's end: what is stiffer takes the serv
 BLOCK: Final = re.compile(r"(_\d+)+$")
 MOST_BLOCKS: Final = 20
 MOST_KNOTS: Final = 200  # of a tabulated law
+MOST_OPERATIONS: Final = 40  # of a formula: the compiler takes a second for each
 RAISE: Final = dis.opmap["RAISE_VARARGS"]
 PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
 NAMED: Final = re.compile(r"(?:^|[\]:] |\.)(\w+?)(?:_\d+|\[\d+\])* = ")
@@ -266,12 +268,21 @@ def model_of(request: Request) -> Model:
     try:
         model = model_of_values(dict(request.model))
         refuse_far(model.parameters)
-        return model
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         if not is_ours(error):
             raise
         name = NAMED.search(str(error))
-        raise BadRequestError(str(error), f"model.{name[1]}" if name else "model") from None
+        unnamed = "model.law" if str(error).startswith(("[friction", "friction:")) else "model"
+        raise BadRequestError(str(error), f"model.{name[1]}" if name else unnamed) from None
+    for law in model.laws:
+        size = len(law.formula.nodes) if isinstance(law.formula, TracedFormula) else 0
+        if isinstance(law, UserLaw) and size > MOST_OPERATIONS:
+            raise BadRequestError(
+                f"the formula has {size} operations and names; the explorer takes at most "
+                f"{MOST_OPERATIONS}. The library takes it.",
+                "model.law",
+            )
+    return model
 
 
 def _refuse_large(table: dict[str, Any]) -> None:
@@ -284,13 +295,6 @@ def _refuse_large(table: dict[str, Any]) -> None:
             )
     laws = table.get("friction")
     for law in laws if isinstance(laws, list) else [laws]:
-        if isinstance(law, str) or (
-            isinstance(law, dict) and law.get("law") not in (*LAWS, TabulatedFriction.name)
-        ):
-            raise BadRequestError(
-                "a formula is not served: each new one would keep the compiler busy for all.",
-                "model.friction",
-            )
         knots = law.get("speed") if isinstance(law, dict) else None
         if isinstance(knots, list) and len(knots) > MOST_KNOTS:
             raise BadRequestError(

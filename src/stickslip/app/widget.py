@@ -62,8 +62,8 @@ def explore(model: Model | None = None, *, height: int = 820) -> Explorer:
     Parameters
     ----------
     model : TwoBlock, Blocks, Chain or Oscillator, optional
-        What it begins with, with built-in friction laws; by default the paper's system with
-        Coulomb friction.
+        What it begins with, with built-in friction laws or formulas; by default the paper's
+        system with Coulomb friction.
     height : int
         Of the frame, in pixels, > 0.
 

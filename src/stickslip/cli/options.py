@@ -84,7 +84,8 @@ class ModelOptions:
     """Kinetic law, like coulomb:mu=0.22 or "a + (1 - a) * exp(-s), a=0.3"; given several times: one
     for each block."""
     numbers: Annotated[
-        tuple[str, ...], Parameter(name=["--set", "-p"], negative=(), metavar="NAME=VALUE")
+        tuple[str, ...],
+        Parameter(name=["--set", "-p"], negative=(), metavar="NAME=VALUE", show_default=False),
     ] = ()
     """A number of the model by its name, as -p mu=0.3; one that a law's formula leaves open goes
     there."""

@@ -301,3 +301,30 @@ def test_a_lost_connection_is_told_and_taken_up_again(explorer):
     explorer.page.wait_for_function("() => !document.querySelector('.connection').textContent")
     explorer.type_into("mu", 0.23)
     assert explorer.inked("map") > 8
+
+
+def test_a_formula_of_ones_own(explorer):
+    explorer.show("preset=oscillator")
+    explorer.page.locator("select[aria-label='Friction law']").select_option("formula")
+    law = explorer.state["model"]["friction"]
+    assert law == {"law": "mu + (1 - mu) * exp(-s / v)", "mu": 0.3, "v": 0.1}
+    field = explorer.page.locator("input[name='law']")
+    field.fill("1 / (1 + a * s")
+    field.press("Enter")
+    error = explorer.page.locator(".controls > .error")
+    error.filter(has_text="'1 / (1 + a * s' ends where ) is expected").wait_for()
+    assert field.get_attribute("aria-invalid") == "true"
+    assert explorer.panel("law").get_attribute("data-state") == "failed"
+    field.fill("1 / (1 + a * s)")
+    field.press("Enter")
+    assert field.evaluate("(field) => field === document.activeElement")
+    explorer.type_into("a", 3)
+    assert explorer.state["model"]["friction"] == {"law": "1 / (1 + a * s)", "a": 3}
+    assert error.text_content() == ""
+    force = explorer.page.evaluate("() => [...explorer.answers.get('law').parts[0].arrays.force]")
+    s = explorer.page.evaluate("() => [...explorer.answers.get('law').parts[0].arrays.s]")
+    np.testing.assert_allclose(force, 1 / (1 + 3 * np.array(s)), rtol=1e-15)
+    explorer.page.reload()
+    explorer.page.wait_for_selector("html[data-ready]")
+    explorer.settle()
+    assert explorer.state["model"]["friction"] == {"law": "1 / (1 + a * s)", "a": 3}

@@ -7,12 +7,14 @@
  */
 import { element, iconButton, playButton } from "./dom.js";
 import {
+  FORMULA,
   blockCount,
   continuousParameters,
   defaultLaw,
   defaultModel,
   hasLaws,
   hasLineMap,
+  isFormula,
   kindEntry,
   lawOf,
   lawsOf,
@@ -20,6 +22,7 @@ import {
   perBlock,
   valueOf,
   withForcing,
+  withFormula,
   withLaws,
 } from "./model.js";
 import { clean, completeAlong, completeState, same } from "./state.js";
@@ -77,15 +80,18 @@ export class Controls {
     this.changing = [];
     const { ofModel, ofLaws } = parametersOf(limits, state.model);
     const row = (/** @type {Parameter} */ one) => this.#parameter(one);
+    const { name } = /** @type {HTMLInputElement} */ (document.activeElement ?? {});
     this.modelRows.replaceChildren(...ofModel.map(row));
     this.lawRows.replaceChildren(
       ...ofLaws.flatMap((ofLaw, block) => [
-        this.#lawOf(block, hasLaws(state.model)),
+        ...this.#lawOf(block, hasLaws(state.model)),
         ...ofLaw.map(row),
       ]),
     );
-    const options = continuousParameters(limits, state.model).map(({ name, symbol, meaning }) =>
-      element("option", { value: name }, `${symbol}, ${meaning}`),
+    const again = [...this.lawRows.querySelectorAll("input")].find((input) => input.name === name);
+    if (name) again?.focus();
+    const options = continuousParameters(limits, state.model).map((one) =>
+      element("option", { value: one.name }, `${one.symbol}, ${one.meaning}`),
     );
     this.along.replaceChildren(...options);
   }
@@ -310,17 +316,33 @@ export class Controls {
     const laws = app.limits.laws.map(
       ({ law, title }) => /** @type {[string, string]} */ ([law, title]),
     );
-    const set = (/** @type {string} */ law) => {
+    const put = (/** @type {any} */ law) => {
       const { model } = app.state;
-      const chosen = defaultLaw(app.limits, law);
-      app.setModel({ ...model, friction: each ? model.friction.with(block, chosen) : chosen });
+      app.setModel({ ...model, friction: each ? model.friction.with(block, law) : law });
     };
     const label = each ? `Friction law of block ${block + 1}` : "Friction law";
-    const get = (/** @type {State} */ { model }) => lawsOf(model)[block].law;
-    const choice = this.#select(label, laws, set, get, this.changing);
-    return each
+    const now = (/** @type {State} */ { model }) => lawsOf(model)[block];
+    const choice = this.#select(
+      label,
+      [...laws, ["formula", "A formula of one's own"]],
+      (law) => put(law === "formula" ? { ...FORMULA } : defaultLaw(app.limits, law)),
+      (state) => (isFormula(app.limits, now(state)) ? "formula" : now(state).law),
+      this.changing,
+    );
+    const row = each
       ? element("div", { class: "row wide" }, element("b", {}, `${block + 1}`), choice)
       : choice;
+    if (!isFormula(app.limits, now(app.state))) return [row];
+    const typed = element("input", {
+      type: "text",
+      "aria-label": `${label}: formula in the slip speed s`,
+      name: each ? `law_${block + 1}` : "law",
+      spellcheck: "false",
+      onchange: () => put(withFormula(now(app.state), typed.value)),
+    });
+    this.changing.push((state) => (typed.value = now(state).law));
+    const symbol = element("span", { class: "symbol", "aria-hidden": "true" }, "F");
+    return [row, element("div", { class: "row wide", title: "in the slip speed s" }, symbol, typed)];
   }
 
   #map() {

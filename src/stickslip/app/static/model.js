@@ -58,6 +58,31 @@ export const lawEntry = (limits, law) =>
     default: { law },
   };
 
+/** What a formula of one's own begins as. */
+export const FORMULA = { law: "mu + (1 - mu) * exp(-s / v)", mu: 0.3, v: 0.1 };
+
+/** Whether a law is written as a formula. @param {Limits} limits @param {any} law */
+export const isFormula = (limits, { law }) =>
+  law !== "tabulated" && !limits.laws.some((entry) => entry.law === law);
+
+/** Another formula, whose names keep their values. @param {any} law @param {string} text */
+export function withFormula(law, text) {
+  const names = text.match(/(?<![\w.])[A-Za-z_]\w*\b(?!\s*\()/g) ?? [];
+  const own = names.filter((name) => name !== "s");
+  return { law: text, ...Object.fromEntries(own.map((name) => [name, law[name] ?? 0.1])) };
+}
+
+/** Parameters of a law, those of a formula by their names. @param {Limits} limits @param {any} law */
+function parametersOfLaw(limits, law) {
+  if (!isFormula(limits, law)) return lawEntry(limits, law.law).parameters;
+  return Object.keys(law)
+    .filter((name) => typeof law[name] === "number")
+    .map((name) => ({
+      ...{ name, symbol: name, meaning: `${name} in the formula` },
+      ...{ default: 0.1, min: 0, max: 2, step: 0.001 },
+    }));
+}
+
 /**
  * Parameters of a model's kind, of what forces it and of its laws; names are those of the library,
  * `mu_2` where each block has a law.
@@ -66,8 +91,8 @@ export const lawEntry = (limits, law) =>
  */
 export function parametersOf(limits, model) {
   const { parameters, forcing } = kindEntry(limits, model.kind);
-  const ofLaws = lawsOf(model).map(({ law }, k) =>
-    lawEntry(limits, law).parameters.map((one) => (hasLaws(model) ? ofBlock(one, k + 1) : one)),
+  const ofLaws = lawsOf(model).map((law, k) =>
+    parametersOfLaw(limits, law).map((one) => (hasLaws(model) ? ofBlock(one, k + 1) : one)),
   );
   return { ofModel: model.forcing ? [...parameters, ...forcing] : parameters, ofLaws };
 }

@@ -86,8 +86,8 @@ const lawRange = (model) => Math.max(0.5, 4 * (model.V || 0));
 /** Slots of questions that may take long: they wait until the controls rest. */
 export const PATIENT = new Set(["diagram", "basins", "power", "cycle"]);
 
-const OF_LINE = ["map", "power", "cobweb", "basins", "locus", "diagram"];
+const OF_LINE = ["locus", "map", "power", "cobweb", "basins", "diagram", "motion"];
 
-/** Slots that have a meaning for a model. @param {State} state */
+/** Slots that have a meaning for a model; those first that need no kernels. @param {State} state */
 export const slotsFor = ({ model }) =>
-  hasLineMap(model) ? [...OF_LINE, "motion", "law"] : ["motion", "law", "cycle"];
+  hasLineMap(model) ? ["law", ...OF_LINE] : ["law", "motion", "cycle"];

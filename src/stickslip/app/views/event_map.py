@@ -262,7 +262,7 @@ KNOWN: Final = Known()
 
 def _distance(one: Model, other: Model) -> float:
     """Largest change of a parameter, relative to its size; infinite between other laws."""
-    if [type(law) for law in one.laws] != [type(law) for law in other.laws]:
+    if [law.formula for law in one.laws] != [law.formula for law in other.laws]:
         return np.inf
     first, second = one.parameters, other.parameters
     if first.keys() != second.keys():
