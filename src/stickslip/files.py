@@ -26,10 +26,17 @@ def checked_path(path: object) -> Path:
     text = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(text, str) or not 0 < len(text) <= LONGEST_PATH or "\0" in text:
         raise ValueError(
-            f"path = {reprlib.repr(path)} ({type(path).__name__}) is not allowed: path must be a "
+            f"path = {_shown(path)} ({type(path).__name__}) is not allowed: path must be a "
             "file's name, a text of 1 to 4096 characters without null, or a pathlib.Path."
         )
     return Path(text)
+
+
+def _shown(value: object) -> str:
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # Python writes no whole number of thousands of digits
+        return "a long number"
 
 
 def checked_suffix(path: Path, suffixes: Collection[str], name: str = "path") -> str:

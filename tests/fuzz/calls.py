@@ -321,6 +321,7 @@ def at_point(d: Any) -> dict[str, dict[str, Any]]:
 AT_TIME: Final = {name: {"t": 1.0} for name in ("energy", "friction", "needed_force", "v", "x")}
 STATE: Final = {"x": [0.9], "v": [0.1]}
 ALONG: Final = {"name": "r", "range": (3.0, 3.3)}
+UNITS: Final = {"units": lambda: ss.Units(m=2.0, k=8.0, fs1=4.0)}
 SAVE: Final = {"save": {"path": fresh("result.npz")}}
 
 FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
@@ -618,6 +619,13 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         trajectory,
         {**AT_TIME, "table": {"t": [1.0], "energy": False}, "derivative": {"names": "mu"}},
     ),
+    "Record": (
+        lambda: ss.Record([0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 0.1, 0.2, 0.1, 0.3]),
+        {"to_dimensionless": UNITS},
+    ),
+    "EventTimes": (lambda: ss.EventTimes([1.0, 2.0], d=0.1), {"to_dimensionless": UNITS}),
+    "MapPoints": (lambda: ss.MapPoints([0.1], [0.2]), {"to_dimensionless": UNITS}),
+    "ForcePoints": (lambda: ss.ForcePoints([0.1], [0.2]), {"to_dimensionless": UNITS}),
     "Fit": (
         force_fit,
         {

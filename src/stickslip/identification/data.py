@@ -8,12 +8,21 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import finite_number, flag, one_of, real_numbers, shown, whole_number
+from stickslip.checks import (
+    finite_number,
+    flag,
+    instance,
+    one_of,
+    real_numbers,
+    shown,
+    whole_number,
+)
+from stickslip.mechanics.model.units import Units
 from stickslip.results.parts import part
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.units import Quantity, Units
+    from stickslip.mechanics.model.units import Quantity
     from stickslip.numerics.arrays import Floats
 
 KINDS = ("stick", "slip backward", "slip forward")
@@ -38,7 +47,13 @@ class _Measured:
         -------
         Record, EventTimes, MapPoints or ForcePoints
             The same in the units of the model.
+
+        Raises
+        ------
+        ValueError
+            Not `Units`.
         """
+        instance("units", units, Units, "Units, such as Units(m=2.0, k=8.0, fs1=4.0)")
         known = {name: getattr(self, name) for name in self._quantities}
         changed: dict[str, Any] = {
             name: units.to_dimensionless(self._quantities[name], value)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from stickslip.checks import real_numbers, shown
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
@@ -64,20 +65,27 @@ class Profile(Result):
 
 def predict(fit: Fit, quantity: Callable[[Model], Any]) -> Prediction:
     """Carry the covariance to a quantity, along the axes of the ellipsoid of errors."""
-    at_best = np.asarray(quantity(fit.model), dtype=np.float64)
+    at_best = _numbers(quantity, fit.model)
     sizes, axes = np.linalg.eigh(fit.covariance)
     square, bent = np.zeros(at_best.shape), np.zeros(at_best.shape)
     for size, axis in zip(sizes, axes.T, strict=True):
         if size <= 0.0:
             continue
         ahead, behind = (
-            np.asarray(quantity(fit.model.replace(**_moved(fit, sign * np.sqrt(size) * axis))))
+            _numbers(quantity, fit.model.replace(**_moved(fit, sign * np.sqrt(size) * axis)))
             for sign in (1.0, -1.0)
         )
         square += (0.5 * (ahead - behind)) ** 2
         bent += 0.5 * (ahead + behind) - at_best
     found = at_best, np.sqrt(square), bent
     return Prediction(*(float(each) if each.ndim == 0 else each for each in found))
+
+
+def _numbers(quantity: Callable[[Model], Any], model: Model) -> Floats:
+    try:
+        return real_numbers("quantity(model)", quantity(model))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"quantity = {shown(quantity)}: {error}") from error
 
 
 def _moved(fit: Fit, step: Floats) -> dict[str, float]:

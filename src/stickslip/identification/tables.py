@@ -14,12 +14,12 @@ from stickslip.checks import instance, shown
 from stickslip.files import read_text
 from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
 from stickslip.mechanics.friction.values import within
-from stickslip.mechanics.model.units import Units
 from stickslip.vocabulary import closest, did_you_mean
 
 if TYPE_CHECKING:
     from os import PathLike
 
+    from stickslip.mechanics.model.units import Units
     from stickslip.numerics.arrays import Floats
 
 MOST_BYTES: Final = 2**28
@@ -82,8 +82,6 @@ def read_measurements(
     >>> points.force
     array([0.775, 0.675])
     """
-    if units is not None:
-        instance("units", units, Units, "Units, such as Units(m=2.0, k=8.0, fs1=4.0)")
     asked = _asked(columns)
     text = read_text(path, limit=MOST_BYTES)
     with within(f"{path}: "):
