@@ -76,6 +76,7 @@ READING_ORDER = (
     "chain_slips",
     "slip_sizes",
     "certificate",
+    "proven_branches",
 )
 
 
