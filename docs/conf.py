@@ -78,6 +78,7 @@ READING_ORDER = (
     "chain_slips",
     "slip_sizes",
     "certificate",
+    "proven_branches",
 )
 
 

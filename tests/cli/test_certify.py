@@ -62,13 +62,34 @@ def test_a_border(capsys):
     assert "0.036975923520307" in capsys.readouterr().out
 
 
+def test_a_branch(tmp_path, capsys):
+    path = tmp_path / "u1.json"
+    command = f"certify --preset coulomb --orbit 0.0886 --along V --digits 9 --out {path}"
+    assert main([*command.split(), "--range", "0.0366", "0.0367"]) == 0
+    assert "For every V from 0.0366 to 0.0367" in capsys.readouterr().out
+    assert main(["verify", str(path)]) == 0
+    assert capsys.readouterr().out.startswith("holds: ")
+    path.write_text(path.read_text().replace('"unstable"', '"stable"').replace("0.0367", "0.0467"))
+    assert main(["verify", str(path)]) == 4
+
+
 def test_what_is_not_so_has_an_exit_code(capsys):
     assert main("certify --preset coulomb --orbit 0.3".split()) == 1
     assert "none within" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    "options", ["", "--orbit 0.1 --jump 0.1", "--jump 0.1 --border V", "--orbit 0.1 --digits 1"]
+    "options",
+    [
+        "--orbit 0.1 --along V",
+        "--jump 0.1 --along V --range 0.03 0.04",
+        "--orbit 0.1 --range 0.03 0.04",
+        "--orbit 0.1 --flip V --along V --range 0.03 0.04",
+        "",
+        "--orbit 0.1 --jump 0.1",
+        "--jump 0.1 --border V",
+        "--orbit 0.1 --digits 1",
+    ],
 )
 def test_bad_usage(options, capsys):
     assert main(f"certify --preset coulomb {options}".split()) == 2

@@ -7,7 +7,13 @@ import pytest
 from tests.analysis import plane_maps
 
 import stickslip as ss
-from stickslip.plot.bifurcations import STABLE, UNSTABLE, coordinate_label, draw_stretches
+from stickslip.plot.bifurcations import (
+    STABLE,
+    UNSTABLE,
+    coordinate_label,
+    draw_orbit_curve,
+    draw_stretches,
+)
 from stickslip.plot.style import new_figure
 
 
@@ -28,6 +34,25 @@ def test_without_the_point_itself_the_thin_line_reaches_to_the_heavy_one():
     shown = {line.get_linewidth(): np.isfinite(line.get_ydata()) for line in ax.lines}
     assert shown[STABLE["lw"]].tolist() == [True, True, False]
     assert shown[UNSTABLE["lw"]].tolist() == [False, True, True]
+
+
+def test_what_is_not_proven_is_dashed():
+    values = np.array([0.0, 1.0, 2.0, 3.0])
+    curve = SimpleNamespace(
+        parameter="a",
+        values=values,
+        points=np.array([[0.5, -1.0], [0.5, -1.0], [0.5, -1.01], [0.6, -1.02]]),
+        multipliers=np.full(4, 0.5),
+        bifurcations=(),
+    )
+    nodes = [["0.9", "-1.0"], ["2.0", "-1.01"], ["3.0", "-1.03"]]
+    document = {"parameter": "a", "nodes": nodes, "radii": ["1e-02", "1e-03"]}
+    ax = new_figure().add_subplot()
+    draw_orbit_curve(curve, ax, proven=SimpleNamespace(document=document))
+    shown = {line.get_linestyle(): np.isfinite(line.get_ydata()).tolist() for line in ax.lines}
+    assert shown == {"-": [False, True, True, False], "--": [True, True, True, True]}
+    with pytest.raises(ValueError, match="no certificate of a branch"):
+        draw_orbit_curve(curve, ax, proven=SimpleNamespace(document={"parameter": "b"}))
 
 
 @pytest.mark.parametrize(

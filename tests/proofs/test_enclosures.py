@@ -126,6 +126,47 @@ def test_an_enclosure_holds_every_point_of_its_box(seed, width):
         assert box.value[0] <= float(motion.value) <= box.value[1]
 
 
+def widths(rng, intervals):
+    """How much wider enclosures of intervals are than values of the oracle; the undecided."""
+    ratios, undecided = [], 0
+    for _ in range(intervals):
+        model = random_model(rng)
+        width, middle = 10 ** rng.uniform(-9, -3), rng.uniform(*model.domain) * 0.99
+        ends = (Fraction(middle - width / 2), Fraction(middle + width / 2))
+        with precision(128):
+            low, high = (arb(float(x)) for x in ends)
+            box = variables([((low + high) / 2).mid()], [(high - low) / 2])
+            try:
+                (piece,) = step(Setting(exact_parameters(model, binary(model))), box[0])
+            except Undecided:
+                undecided += 1
+                continue
+        oracle = Coulomb(**model.parameters)
+        points = [*map(float, ends), *rng.uniform(*map(float, ends), 3)]
+        motions = [oracle.motion(arb(x)) for x in points]
+        values = [arb(motion.value) for motion in motions]
+        assert all(motion.itinerary == piece.itinerary for motion in motions)
+        assert all(piece.value.range.overlaps(value) for value in values)
+        seen = float(max(values, key=float) - min(values, key=float))
+        ratios.append(2 * float(piece.value.range.rad()) / seen if seen else np.inf)
+    return np.array(ratios), undecided
+
+
+def test_enclosures_of_intervals_are_not_much_wider_than_what_is_seen():
+    ratios, undecided = widths(np.random.default_rng(5), 100)
+    assert np.median(ratios) < 1.01
+    assert (ratios > 100).mean() < 0.03  # where f' is nearly 0, the range is nearly none
+    assert undecided < 20
+
+
+@pytest.mark.slow
+def test_a_thousand_random_intervals():
+    ratios, undecided = widths(np.random.default_rng(33), 1000)
+    print(f"undecided {undecided}, over 100 times wider {(ratios > 100).sum()} of {len(ratios)}")
+    assert (ratios > 100).mean() < 0.02
+    assert undecided < 150
+
+
 def test_gradients_agree_with_the_kernels():
     model = ss.examples.coulomb()
     f = ss.event_map(model)

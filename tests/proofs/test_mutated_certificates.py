@@ -8,6 +8,7 @@ import copy
 import functools
 import json
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,14 +16,19 @@ import pytest
 pytest.importorskip("flint", reason="needs the extra 'certify'")
 
 import stickslip as ss
-from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
+from stickslip.proofs.certify import (
+    certify_bifurcation,
+    certify_branch,
+    certify_jump,
+    certify_orbit,
+)
 from stickslip.proofs.verify import words
 from stickslip.proofs.verify.check import check
 from stickslip.proofs.verify.words import Refused
 
 DIGITS = 8
 FAST, MANY = 250, 3000  # mutants of each kind
-SLOW = {"list": 30, "border": 30}  # to confirm one of these takes seconds
+SLOW = {"list": 30, "border": 30, "lost": 30}  # to confirm one of these takes seconds
 
 
 def model(**changes):
@@ -46,11 +52,17 @@ def valid(kind):
         "fold": lambda: certify_bifurcation(
             model(V=0.1199887), "fold", 0.08787, 1, "V", digits=DIGITS
         ),
+        "branch": lambda: certify_branch(
+            model(), -0.0399143, 1, "V", (0.0366, 0.0368), digits=DIGITS
+        ),
+        "lost": lambda: certify_branch(
+            model(V=0.03697), 0.2794, 4, "V", (0.03697, 0.03698), digits=DIGITS
+        ),
     }[kind]()
     return json.loads(proof.text())
 
 
-KINDS = ("orbit", "unstable", "jump", "list", "border", "flip", "fold")
+KINDS = ("orbit", "unstable", "jump", "list", "border", "flip", "fold", "branch", "lost")
 
 
 # ---------------------------------------------------------------- an independent reading
@@ -163,12 +175,44 @@ def is_bifurcation(document):
     return (stable, doubled) == ([document["stable"]], [document["doubled"]])
 
 
+def is_branch(document):
+    """By Newton's method at a few values of the parameter between each pair of nodes."""
+    nodes = [(Fraction(p), Fraction(d)) for p, d in document["nodes"]]
+    for ((a, x), (b, y)), radius in zip(
+        pairwise(nodes), map(float, document["radii"]), strict=True
+    ):
+        for share in (Fraction(1, 20), Fraction(1, 2), Fraction(19, 20)):
+            f = event_map(document, float(a + share * (b - a)))
+            middle = float(x + share * (y - x))
+            power, d = f.power(document["period"]), middle
+            for _ in range(6):
+                d -= (power(d) - d) / (power.derivative(d) - 1)
+            points = f.iterate(d, document["period"] - 1)
+            slopes = power.derivative(middle + radius * np.linspace(-1, 1, 21))
+            if not (
+                abs(d - middle) < radius + 1e-12
+                and abs(power(d) - d) < 1e-12
+                and [f.itinerary(point) for point in points] == document["itinerary"]
+                and len({round(point, 6) for point in points}) == document["period"]
+                and len(set(np.sign(slopes - 1))) == 1
+                and document["stable"] is bool(abs(power.derivative(d)) < 1)
+            ):
+                return False
+    for border in document["lost"]:
+        end = nodes[-1 if border["exists"] == "below" else 0][0]
+        told = border | {"claim": "border", "system": document["system"]}
+        if not is_bifurcation(told) or not agrees(border["value"], float(end), 0):
+            return False
+    return True
+
+
 def is_true(document):
     """Whether floating point says what a document says."""
     claim = document["claim"]
     if claim == "orbit":
         return is_orbit(event_map(document), document)
-    return {"jump": is_jump, "list": is_list}.get(claim, is_bifurcation)(document)
+    readings = {"jump": is_jump, "list": is_list, "branch": is_branch}
+    return readings.get(claim, is_bifurcation)(document)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -184,6 +228,8 @@ def test_the_reading_knows_what_is_true_and_what_is_not(kind):
         "border": {"exists": "above"},
         "flip": {"stable": "below"},
         "fold": {"exists": "above"},
+        "branch": {"stable": False},
+        "lost": {"lost": [border | {"exists": "above"} for border in document.get("lost", [])]},
     }
     assert not is_true(document | wrong[kind])
 
@@ -303,6 +349,10 @@ def of_period_4_in_a_list_to_1(document):
     document["orbits"].append(entry)
 
 
+def shortened(document):
+    del document["nodes"][5:], document["radii"][4:]
+
+
 FORGERIES = [
     ("list", double, "listed twice"),
     ("list", of_period_4_in_a_list_to_1, "max_period"),
@@ -331,6 +381,20 @@ FORGERIES = [
     ("orbit", lambda d: d["system"].update(mu_1="1.5"), "mu_1"),
     ("orbit", lambda d: d["system"].update(V="1.2 +/- 0.1"), "system"),
     ("unstable", lambda d: d.update(stable=True), "stable"),
+    ("branch", lambda d: d.update(stable=False), "stable"),
+    ("branch", lambda d: d.update(period=2), "period|itineraries"),
+    ("branch", lambda d: d.update(itinerary=[".- .."]), "itinerary"),
+    ("branch", lambda d: d["nodes"][1].__setitem__(1, "-0.03"), "nothing is shown"),
+    ("branch", lambda d: d["nodes"].reverse(), "order"),
+    ("branch", lambda d: d["nodes"].pop(), "nodes"),
+    ("branch", lambda d: d["nodes"][-1].__setitem__(0, "0.2"), "nothing is shown"),
+    ("branch", lambda d: d["radii"].__setitem__(0, "1e-15"), "nothing is shown"),
+    ("branch", lambda d: d["radii"].__setitem__(0, "1e-01"), "nothing is shown"),
+    ("branch", lambda d: d.update(lost=valid("lost")["lost"]), "another orbit"),
+    ("lost", lambda d: d["lost"][0].update(exists="above"), "ends at|itinerary|lost"),
+    ("lost", shortened, "branch ends at"),
+    ("lost", lambda d: d["lost"].append(d["lost"][0]), "twice"),
+    ("lost", lambda d: d["lost"][0].update(parameter="beta"), "another orbit"),
 ]
 
 

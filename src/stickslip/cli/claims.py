@@ -22,6 +22,8 @@ stickslip certify --preset coulomb --V 0.036976 --border V \\
     --orbit 0.27943 --period 4
 stickslip certify --preset law9 --alpha 1.209859796 --flip alpha \\
     --orbit 0.38274245 --digits 12
+stickslip certify --preset coulomb --orbit 0.27739 --period 4 \\
+    --along V --range 0.0366 0.0372
 stickslip certify --preset coulomb --max-period 1 --json
 """
 
@@ -37,6 +39,8 @@ def certify(
     border: str | None = None,
     flip: str | None = None,
     fold: str | None = None,
+    along: str | None = None,
+    range: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
     jump: float | None = None,
     max_period: Whole | None = None,
     digits: Whole = 30,
@@ -61,6 +65,11 @@ def certify(
         Prove instead that the multiplier of this orbit passes -1 as this parameter varies.
     fold
         Prove instead that this orbit meets another one and vanishes as this parameter varies.
+    along
+        Prove instead that this orbit exists, alone in a tube, for every value of this parameter in
+        a range; or up to where it is lost at a jump, and that it is lost there.
+    range
+        The lowest and highest value; the model's own is between them.
     jump
         Prove the jump of the map near this d.
     max_period
@@ -76,10 +85,12 @@ def certify(
         raise UsageError("give one of --orbit, --jump and --max-period")
     kinds = {"border_collision": border, "flip": flip, "fold": fold}
     varied = {kind: name for kind, name in kinds.items() if name is not None}
-    if len(varied) > 1:
-        raise UsageError("give one of --border, --flip and --fold")
-    if varied and orbit is None:
-        raise UsageError("--border, --flip and --fold need the orbit: --orbit D --period P")
+    if len(varied) + (along is not None) > 1:
+        raise UsageError("give one of --border, --flip, --fold and --along")
+    if (varied or along) and orbit is None:
+        raise UsageError("--border, --flip, --fold, --along need the orbit: --orbit D --period P")
+    if (along is None) != (range is None):
+        raise UsageError("--along and --range go together: --along V --range 0.0366 0.0372")
     why = "Proofs are about two equal blocks without damping."
     system = two_blocks(model.model(), why=why)
     with ExitStack() as stack:
@@ -91,6 +102,8 @@ def certify(
             proof = certify.certify_jump(system, jump, digits=digits)
         elif max_period is not None:
             proof = certify.certify_orbits(system, max_period, digits=digits)
+        elif orbit is not None and along and range:
+            proof = certify.certify_branch(system, orbit, period, along, range, digits=digits)
         elif orbit is not None and varied:
             ((kind, name),) = varied.items()
             proof = certify.certify_bifurcation(system, kind, orbit, period, name, digits=digits)

@@ -11,6 +11,7 @@ from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import TERMS, symbol
 
+ROUNDING: Final = 1e-12
 MARGINAL: Final = 1e-6  # of a multiplier of a located fold or flip, from 1 or -1
 STABLE: Final[dict[str, Any]] = {"color": "black", "lw": 1.6, "zorder": 4}
 UNSTABLE: Final[dict[str, Any]] = {"color": PALETTE["vermillion"], "lw": 0.6, "zorder": 3}
@@ -34,14 +35,41 @@ MARKS: Final[dict[str, tuple[str, str]]] = {
 _OTHER: Final = ("*", PALETTE["black"])
 
 
-def draw_orbit_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
-    """Draw an orbit along a parameter: heavy where stable, thin where not; folds, flips marked."""
+def draw_orbit_curve(
+    curve: Any, ax: Axes | None = None, *, proven: Any = None, **style: Any
+) -> Axes:
+    """Draw an orbit along a parameter: heavy where stable, thin where not; folds, flips marked.
+
+    With a certificate of its branch as `proven`, what is not proven is dashed.
+    """
     ax = axes_or_new(ax)
-    draw_stretches(ax, curve.values, curve.points, curve.multipliers, **style)
+    known = np.ones(len(curve.values), bool) if proven is None else _in_tube(curve, proven.document)
+    beyond = ~known
+    beyond[1:] |= ~known[:-1]  # dashes reach to what is proven
+    beyond[:-1] |= ~known[1:]
+    for shown, looks in ((known, {}), (beyond, {"ls": (0, (5, 4))})):
+        if shown.any():
+            points = curve.points.copy()
+            points[~shown] = np.nan
+            draw_stretches(ax, curve.values, points, curve.multipliers, **{**looks, **style})
     for item in curve.bifurcations:
         draw_bifurcation(item, ax)
     _name_axes(ax, curve, coordinate_label(curve, 0 if curve.points.ndim > 2 else None))
     return ax
+
+
+def _in_tube(curve: Any, document: dict[str, Any]) -> Any:
+    """Rows of an orbit's curve that pass the tube of a certificate."""
+    if document.get("parameter") != curve.parameter or "nodes" not in document:
+        raise ValueError("proven is no certificate of a branch along the curve's parameter")
+    nodes = np.array([[float(x) for x in node] for node in document["nodes"]])
+    radii = np.array([float(radius) for radius in document["radii"]])
+    rows = np.clip(np.searchsorted(nodes[:, 0], curve.values) - 1, 0, len(radii) - 1)
+    line = np.interp(curve.values, nodes[:, 0], nodes[:, 1])
+    away = np.abs(curve.points - line[:, None]).min(axis=1)
+    slack = ROUNDING * np.abs(nodes).max(axis=0)  # of V, d: nodes have more digits than doubles
+    inside = (curve.values >= nodes[0, 0] - slack[0]) & (curve.values <= nodes[-1, 0] + slack[0])
+    return inside & (away < radii[rows] + slack[1])
 
 
 def draw_stretches(

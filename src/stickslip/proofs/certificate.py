@@ -132,8 +132,11 @@ def refusal(reason: object, digits: int) -> Certificate:
 
 
 def _enclosures(entries: dict[str, Any]) -> dict[str, str]:
-    """Gather all decimals with a radius."""
+    """Gather all decimals with a radius; of a branch, both ends."""
     found = {}
+    for end in (0, -1) if "nodes" in entries else ():
+        value, place = entries["nodes"][end]
+        found[f"d at {entries['parameter']} = {value}"] = f"{place} +/- {entries['radii'][end]}"
     for name, value in entries.items():
         several = (
             {f"{name}[{k}]": each for k, each in enumerate(value)}

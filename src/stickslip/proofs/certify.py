@@ -13,8 +13,10 @@ from flint import arb
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.branches.breakpoints import Breakpoint
+from stickslip.analysis.continuation.curve import Curve
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.checks import finite_number, shown, whole_number
+from stickslip.proofs.branch import Tube
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import Survey
 from stickslip.proofs.jet import outward, precision, variables
@@ -22,7 +24,15 @@ from stickslip.proofs.jump import proven_border, proven_jump
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import MULTIPLIERS, proven_critical, proven_orbit
 from stickslip.proofs.power import Setting, step
-from stickslip.proofs.system import Exact, exact_parameters, fraction, number
+from stickslip.proofs.system import (
+    Constant,
+    Exact,
+    decimal,
+    exact_parameters,
+    fraction,
+    law_of,
+    number,
+)
 from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD
 from stickslip.proofs.wave import Undecided
 from stickslip.results.result import Result
@@ -35,6 +45,7 @@ ExactValues: TypeAlias = Mapping[str, Exact] | None
 
 SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing lose
 MOST_BITS: Final = 2**20
+PAST_THE_END: Final = 0.01  # of a curve's range, where a breakpoint ends it
 
 
 @suggests
@@ -49,11 +60,14 @@ def certify(
 
     Parameters
     ----------
-    found : PeriodicOrbit, Breakpoint or Bifurcation
+    found : PeriodicOrbit, Curve, Breakpoint or Bifurcation
         An orbit: that it exists, alone near by, with its points, multiplier and stability. A
-        breakpoint: that the map jumps there, and its values on both sides. A border collision:
-        that the orbit reaches a jump at one parameter value and crosses it transversally. A fold
-        or flip: that the multiplier is 1 or -1 there, and the coefficients of the normal form.
+        curve of orbits (`follow`): that the orbit exists, alone in a tube, stable or unstable, for
+        every value of the parameter between its ends, and is lost at a jump where it ends at one;
+        Coulomb friction only. A breakpoint: that the map jumps there, and its values on both sides.
+        A border collision: that the orbit reaches a jump at one parameter value and crosses it
+        transversally. A fold or flip: that the multiplier is 1 or -1 there, and the coefficients of
+        the normal form.
     model : TwoBlock
         Undamped, with Coulomb friction or law (9). Its floats are read as the decimals that
         Python prints for them: 1.2 is exactly 12/10, and the statement says so.
@@ -85,11 +99,13 @@ def certify(
     >>> ss.certify(orbit, model).enclosures["points[0]"]
     '-0.0399143134102819047802431175676 +/- 5e-32'
     """
-    if not isinstance(found, PeriodicOrbit | Breakpoint | Bifurcation):
+    if not isinstance(found, PeriodicOrbit | Curve | Breakpoint | Bifurcation):
         raise ValueError(
-            f"found = {shown(found)} cannot be certified: give a PeriodicOrbit, a Breakpoint or a "
-            "Bifurcation"
+            f"found = {shown(found)} cannot be certified: give a PeriodicOrbit, a Curve of orbits, "
+            "a Breakpoint or a Bifurcation"
         )
+    if isinstance(found, Curve):
+        return _certify_curve(found, model, digits, exact)
     if isinstance(found, PeriodicOrbit):
         if found.infinitely_unstable:
             raise ValueError("an infinitely unstable orbit is no orbit of f: certify its jump")
@@ -151,9 +167,7 @@ def certify_bifurcation(
     near = arb(finite_number("d", d))
     if kind not in (*MULTIPLIERS, "border_collision"):
         raise ValueError(f"kind = {shown(kind)} is not border_collision, fold or flip")
-    if parameter not in model.parameters:
-        known = ", ".join(model.parameters)
-        raise ValueError(f"parameter = {shown(parameter)} is not one of the model's: {known}")
+    _varied(model, parameter)
     value = arb(float(model.parameters[parameter]))
     setting = Setting(values, (parameter,))
     stated = {name: v for name, v in values.items() if name not in setting.replaced}
@@ -164,6 +178,69 @@ def certify_bifurcation(
         return proven_critical(kind, setting, near, value, period, digits)
 
     return _proof("border" if kind == "border_collision" else kind, prove, stated, digits)
+
+
+def certify_branch(
+    model: TwoBlock,
+    d: float,
+    period: int,
+    parameter: str,
+    range: tuple[Exact, Exact],
+    *,
+    digits: int = 30,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove the orbit through a point near d for every value of a parameter in a range.
+
+    The model's own value is in the range. Where the orbit is lost at a jump on the way, the branch
+    is proven up to there, and that it is lost. See `certify`.
+    """
+    values, digits, period = _checked(model, digits, exact, period)
+    near = arb(finite_number("d", d))
+    _varied(model, parameter)
+    if law_of(values) is not Constant:
+        raise ValueError("branches are proven with Coulomb friction; certify the orbit at a value")
+    low, high = (fraction("range", end) for end in range)
+    for end in (low, high):
+        exact_parameters(model, {**(exact or {}), parameter: end})
+    setting = Setting(values, (parameter,))
+    own = values[setting.names(parameter)[0]]
+    if not low <= own <= high or low == high:
+        raise ValueError(
+            f"range = ({range[0]}, {range[1]}) is not allowed: it must hold the model's own value, "
+            f"{parameter} = {float(own):.12g}, near which the orbit is looked for"
+        )
+    stated = {name: v for name, v in values.items() if name not in setting.replaced}
+
+    def prove() -> dict[str, Any]:
+        return Tube(setting, near, own, (low, high), period, digits).entries()
+
+    return _proof("branch", prove, stated, digits, factors=(1,))
+
+
+def _certify_curve(found: Curve, model: TwoBlock, digits: int, exact: ExactValues) -> Certificate:
+    """Prove a curve of orbits between its ends, and beyond one at a breakpoint."""
+    steps = np.diff(found.values)
+    if found.kind != "orbit" or found.period is None or not (all(steps > 0) or all(steps < 0)):
+        raise ValueError(
+            f"a curve ({found.kind}) cannot be certified: only one of periodic orbits of a map, "
+            "whose parameter does not turn back"
+        )
+    spare = PAST_THE_END * float(np.ptp(found.values))
+    low, high = (
+        end.value + side * spare * (end.reason == "breakpoint")
+        for end, side in zip(sorted(found.ends, key=lambda end: end.value), (-1, 1), strict=True)
+    )
+    row = len(found) // 2
+    return certify_branch(
+        model.replace(**{found.parameter: float(found.values[row])}),
+        found.points[row, 0],
+        found.period,
+        found.parameter,
+        (low, high),
+        digits=digits,
+        exact=exact,
+    )
 
 
 @suggests
@@ -346,28 +423,23 @@ def _checked(
     return exact_parameters(model, exact), digits, period
 
 
-def _decimal(value: Fraction) -> str:
-    rest = value.denominator
-    for factor in (2, 5):
-        while rest % factor == 0:
-            rest //= factor
-    if rest != 1:
-        return str(value)
-    places = 0
-    while (value * 10**places).denominator != 1:
-        places += 1
-    text = str(abs(value * 10**places)).rjust(places + 1, "0")
-    sign = "-" if value < 0 else ""
-    return f"{sign}{text[:-places]}.{text[-places:]}" if places else sign + text
+def _varied(model: TwoBlock, parameter: str) -> None:
+    if parameter not in model.parameters:
+        known = ", ".join(model.parameters)
+        raise ValueError(f"parameter = {shown(parameter)} is not one of the model's: {known}")
 
 
 def _proof(
-    claim: str, prove: Callable[[], dict[str, Any]], values: dict[str, Fraction], digits: int
+    claim: str,
+    prove: Callable[[], dict[str, Any]],
+    values: dict[str, Fraction],
+    digits: int,
+    factors: tuple[int, ...] = (1, 2, 4),
 ) -> Certificate:
     """Run a proof with enough bits; more of them if they turn out too few."""
-    system = {name: _decimal(value) for name, value in values.items()}
+    system = {name: decimal(value) for name, value in values.items()}
     reason: Exception = Undecided("")
-    for factor in (1, 2, 4):
+    for factor in factors:
         with precision(factor * (int(digits * 7) + SPARE_BITS)):
             try:
                 return certificate(claim, system, digits, prove())

@@ -63,6 +63,22 @@ def fraction(name: str, value: Exact) -> Fraction:
         ) from None
 
 
+def decimal(value: Fraction) -> str:
+    """Write a number exactly: as a decimal if it is one."""
+    rest = value.denominator
+    for factor in (2, 5):
+        while rest % factor == 0:
+            rest //= factor
+    if rest != 1:
+        return str(value)
+    places = 0
+    while (value * 10**places).denominator != 1:
+        places += 1
+    text = str(abs(value * 10**places)).rjust(places + 1, "0")
+    sign = "-" if value < 0 else ""
+    return f"{sign}{text[:-places]}.{text[-places:]}" if places else sign + text
+
+
 def number(value: Fraction) -> arb:
     """Enclose an exact number at the precision at hand."""
     return arb(fmpq(value.numerator, value.denominator))

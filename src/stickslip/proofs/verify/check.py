@@ -9,10 +9,12 @@ from typing import Any, Final
 
 from flint import arb, arb_series, ctx
 
+from stickslip.proofs.verify.branch import check_branch, in_tube
 from stickslip.proofs.verify.falling import FallingMotion
 from stickslip.proofs.verify.motion import Motion
 from stickslip.proofs.verify.words import (
     Border,
+    Branch,
     Certificate,
     Flip,
     Fold,
@@ -150,8 +152,9 @@ class _Side:
         self.miss = _power(motion, self.edge, c.itinerary)[0] - self.edge
 
 
-def _border(values: dict[str, str], c: Border, digits: int) -> None:
+def _border(values: dict[str, str], c: Border, digits: int) -> tuple[arb, list[arb]]:
     """Check that the orbit is there on one side of a parameter value, and lost on the other."""
+    # Returns the parameter on the side where it is, and its points there.
     # Where the jump's one-sided image returns to it only says where to look.
     stated = ball(c.value)
     low, high = ((stated.mid() + sign * stated.rad()).mid() for sign in (-1, 1))
@@ -180,6 +183,19 @@ def _border(values: dict[str, str], c: Border, digits: int) -> None:
     near = ball(c.points[0]).mid() + arb(0, ball(c.reach).upper())
     for box in _open(without.motion, [near], c.period, [], arb(10) ** (-3 * digits), c.itinerary):
         raise Refused(f"the orbit is not shown to be lost: one may pass d = {box.str(digits)}")
+    return low if c.exists == "below" else high, points
+
+
+def _along(values: dict[str, str], c: Branch, digits: int) -> None:
+    """Check a branch, and that it goes on to where its orbit is said to be lost."""
+    check_branch(values, _names(c.parameter), c)
+    for border in c.lost:
+        end = c.nodes[-1 if border.exists == "below" else 0][0]
+        if not ball(border.value).contains(ball(end)):
+            raise Refused(f"the branch ends at {end} and is lost at {border.value}")
+        p, points = _border(values, border, digits)
+        if not any(in_tube(c, p, x) for x in points):
+            raise Refused(f"the orbit lost at {border.value} is not shown to be that of the branch")
 
 
 def _at(values: dict[str, str], c: Varied, p: arb) -> Motion:
@@ -421,6 +437,8 @@ def check(document: Any) -> Certificate:
                 _list(_motion(c.system), c.theorem, c.digits)
             case Border():
                 _border(c.system, c.theorem, c.digits)
+            case Branch():
+                _along(c.system, c.theorem, c.digits)
             case Fold():
                 _fold(c.system, c.theorem, c.digits)
             case Flip():

@@ -56,8 +56,8 @@ class Wave:
         return Wave(self.constant - low, self.rate, self.terms)
 
     def range(self) -> Wave:
-        """Forget the derivatives in d."""
-        terms = [(w, flat(a), flat(b)) for w, a, b in self.terms]
+        """Forget the derivatives."""
+        terms = [(flat(w), flat(a), flat(b)) for w, a, b in self.terms]
         return Wave(flat(self.constant), flat(self.rate), terms)
 
     def bound(self) -> arb:
@@ -110,17 +110,18 @@ class _Open(Exception):
 
 
 class Motion:
-    """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact."""
+    """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact or `replaced`."""
 
     law: tuple[str, ...] = ("mu",)  # its parameters, each with _1 and _2
 
-    def __init__(self, values: dict[str, str], **replaced: arb) -> None:
+    def __init__(self, values: dict[str, str], **replaced: Any) -> None:
         names = ["alpha", "beta", "V", *(f"{name}_{i}" for name in self.law for i in (1, 2))]
         if sorted([*values, *replaced]) != sorted(names):
             raise Refused(f"the system is not given by {', '.join(names)}")
         numbers = {name: ball(text) for name, text in values.items()} | replaced
         self.alpha, self.V = numbers["alpha"], numbers["V"]
-        for name, number in numbers.items():
+        for name, each in numbers.items():
+            number = flat(each)
             low, high = RANGES[name.partition("_")[0]]
             if not low <= number <= high:
                 raise Refused(f"{name} = {number.str(12)} is not from {low} to {high}")
@@ -134,11 +135,11 @@ class Motion:
         """Where the domain ends."""
         return (1 + self.limits[1]) / (1 + 2 * self.alpha)
 
-    def outcomes(self, d: arb) -> Iterator[tuple[str, arb, arb | None]]:
+    def outcomes(self, d: arb | arb_series) -> Iterator[tuple[str, arb, arb | None]]:
         """Yield itinerary, next d and its derivative: all that is possible from a ball."""
         # Below this step of time possibilities are listed: it is what a wide ball leaves open.
-        self.shortest = (d.rad() / 64).mid() + arb(2) ** (20 - ctx.prec // 2)
-        x = arb_series([d, 1])
+        self.shortest = (flat(d).rad() / 64).mid() + arb(2) ** (20 - ctx.prec // 2)
+        x = d if isinstance(d, arb_series) else arb_series([d, 1])
         reach = (1 + self.alpha * x, self.limits[1] - (1 + self.alpha) * x)
         margin = flat(reach[1] - reach[0])
         for block in (0, 1):
@@ -155,17 +156,18 @@ class Motion:
             value = value.intersection(self._one(d.mid())[1] + slope * (d - d.mid()))
         return word, value, slope
 
-    def series(self, d: arb) -> tuple[str, arb_series]:
+    def series(self, d: arb | arb_series) -> tuple[str, arb_series]:
         """Return itinerary and next d, as a power series in the distance from a thin ball."""
+        # Or in what a series is in: d, and parameters if they were `replaced` by series.
         word, *_ = self._one(d)
         return word, self.reached
 
-    def _one(self, d: arb) -> tuple[str, arb, arb]:
+    def _one(self, d: arb | arb_series) -> tuple[str, arb, arb]:
         self.strict = True
         try:
             word, value, slope = next(self.outcomes(d))
         except _Open:
-            raise Refused(f"the itinerary from d = {d.str(12)} cannot be told") from None
+            raise Refused(f"the itinerary from d = {flat(d).str(12)} cannot be told") from None
         finally:
             self.strict = False
         assert slope is not None
@@ -201,7 +203,7 @@ class Motion:
     def _modes_after(self, signal: Signal, force: arb) -> list[tuple[int, bool]]:
         if signal.end:
             return [(-signal.end, True)]
-        limit = self.limits[signal.block]
+        limit = flat(self.limits[signal.block])
         if force > limit or force < -limit:
             return [(-1 if force > 0 else 1, True)]
         if force < limit and force > -limit:

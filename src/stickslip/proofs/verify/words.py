@@ -5,6 +5,7 @@ What only the certifier knows, the `mechanism` of a jump, is no part of the stat
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 from math import floor, log10
 from typing import Annotated, Any, Final, Literal, TypeAlias
@@ -22,6 +23,7 @@ LONGEST_REASON: Final = 500
 Exact = Annotated[str, Meta(pattern=r"^\d{1,1100}([./]\d{1,1100})?\Z")]
 Decimal = Annotated[str, Meta(pattern=r"^-?\d{1,1100}\.\d{1,1100} \+/- 5e-\d{1,4}\Z")]
 Radius = Annotated[str, Meta(pattern=r"^[1-9]e-\d{2,3}\Z")]
+Place = Annotated[str, Meta(pattern=r"^-?\d{1,9}(\.\d{1,1100})?\Z")]
 End = Annotated[str, Meta(pattern=r"^-?\d{1,9}\.\d{1,20}(e-\d{2,3})?\Z")]
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z]{1,5}(_[12])?\Z")]
 Word = Annotated[str, Meta(pattern=r"^[-.+]{2}( [-.+]{2}){1,5000}\Z")]
@@ -137,6 +139,53 @@ class Border(Varied, tag="border", frozen=True, kw_only=True):
         )
 
 
+class Branch(_Theorem, tag="branch", frozen=True, kw_only=True):
+    """An orbit over an interval of a parameter, up to where it is lost if that is known."""
+
+    parameter: Name
+    period: Period
+    itinerary: Annotated[list[Word], Several]
+    stable: bool
+    nodes: Annotated[list[tuple[Exact, Place]], Several]  # of a polygon: the parameter and d
+    radii: Annotated[list[Radius], Several]  # of the tube around it, between two nodes
+    lost: Annotated[list[Border], Meta(max_length=2)]
+
+    def __post_init__(self) -> None:
+        """Refuse what no branch is."""
+        if len(self.itinerary) != self.period:
+            raise ValueError(f"{len(self.itinerary)} itineraries are given for {self.period}")
+        if not len(self.nodes) == len(self.radii) + 1 > 1:
+            raise ValueError(f"{len(self.nodes)} nodes and {len(self.radii)} radii are given")
+        values = [fraction(value) for value, _ in self.nodes]
+        if any(a >= b for a, b in itertools.pairwise(values)):
+            raise ValueError("the nodes are not in the order of the parameter")
+        if len({border.exists for border in self.lost}) < len(self.lost):
+            raise ValueError("the orbit is lost twice on one side")
+        if any((b.parameter, b.period) != (self.parameter, self.period) for b in self.lost):
+            raise ValueError("another orbit is lost, or by another parameter")
+
+    def words(self) -> str:
+        """Return the theorem."""
+        kind = "asymptotically stable" if self.stable else "unstable"
+        (low, start), (high, end) = self.nodes[0], self.nodes[-1]
+        told = (
+            f"For every {self.parameter} from {low} to {high} the event map has a periodic orbit "
+            f"of minimal period {self.period} with the itinerary {' | '.join(self.itinerary)}, "
+            f"which is {kind}. One of its points depends continuously on {self.parameter}, from "
+            f"d = {start} to d = {end}, both to within the radii there: between two successive "
+            f"ones of the {len(self.nodes)} nodes this point lies within the radius given of the "
+            "straight line through them, and no other periodic point of period "
+            f"{self.period} does."
+        )
+        for border in self.lost:
+            side = {"above": "lower", "below": "upper"}[border.exists]
+            told += (
+                f" The {side} end agrees with a value at which this orbit is lost, in all digits "
+                f"given of that value. {border.words()}"
+            )
+        return told
+
+
 class _Critical(Varied, frozen=True, kw_only=True):
     """An orbit at the end of its stability."""
 
@@ -214,7 +263,7 @@ class List(_Theorem, tag="list", frozen=True, kw_only=True):
         )
 
 
-Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List
+Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List | Branch
 
 
 class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -228,7 +277,8 @@ class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     @property
     def remark(self) -> str:
         """What nothing here proves: the certifier's word for how a jump comes about."""
-        return getattr(self.theorem, "mechanism", "")
+        told = self.theorem.lost if isinstance(self.theorem, Branch) else [self.theorem]
+        return "; ".join(filter(None, (getattr(each, "mechanism", "") for each in told)))
 
     def statement(self) -> str:
         """Say it in words: made from the data, so that the two cannot differ."""

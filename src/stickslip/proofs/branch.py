@@ -1,0 +1,177 @@
+"""Branches proven: an orbit for every value of a parameter, alone in a tube around a polygon.
+
+Docs: proofs, branches.
+"""
+
+from __future__ import annotations
+
+import itertools
+from fractions import Fraction
+from math import floor, log10
+from typing import Any, Final
+
+from flint import arb
+
+from stickslip.proofs.jet import variables
+from stickslip.proofs.jump import proven_border
+from stickslip.proofs.newton import NoZero
+from stickslip.proofs.orbit import closing
+from stickslip.proofs.power import Setting, step
+from stickslip.proofs.system import decimal, fraction, number
+from stickslip.proofs.wave import Undecided
+
+FIRST: Final = 64  # steps over the range, to begin with
+SHORTEST: Final = 1e-6  # of the range: the step at which the orbit may be about to be lost
+MOST_STEPS: Final = 1500
+GUARD: Final = 5  # digits, beyond those of a border, to which the branch goes on
+SPARE_PLACES: Final = 8  # of nodes, beyond the distance between them
+ROUNDS: Final = 12  # of Newton's method, without proof
+SLIM: Final = 0.1  # radius of the tube, as a share of how far it runs in d
+CAUTION: Final = 3  # times its radius: what is proven of the tube, for balls are wider than jets
+FLAT: Final = 0.1  # a line of a smaller slope counts as one of this
+
+
+class Tube:
+    """A branch followed from one value of the varied parameter to both ends of a range."""
+
+    def __init__(
+        self, setting: Setting, near: arb, start: Fraction, ends: tuple[Fraction, Fraction],
+        period: int, digits: int,
+    ) -> None:  # fmt: skip
+        self.setting, self.period, self.digits = setting, period, digits
+        self._span, self._steps = ends[1] - ends[0], 0
+        self.lost: list[dict[str, Any]] = []
+        d = self._point(start, near)
+        self.words, slope = self._itinerary(start, d)
+        self.stable = bool(abs(slope) < 1)
+        first = (start, self._place(d, self._span / FIRST))
+        sides = [self._walk(first, end) for end in ends]
+        (nodes, radii), (onward, others) = sides
+        self.nodes = [*nodes[::-1], first, *onward]
+        self.radii = [*radii[::-1], *others]
+
+    def entries(self) -> dict[str, Any]:
+        """Describe the branch."""
+        return {
+            "parameter": self.setting.varied[0],
+            "period": self.period,
+            "itinerary": self.words,
+            "stable": self.stable,
+            "nodes": [[decimal(p), decimal(d)] for p, d in self.nodes],
+            "radii": self.radii,
+            "lost": self.lost,
+        }
+
+    def _walk(
+        self, node: tuple[Fraction, Fraction], end: Fraction
+    ) -> tuple[list[tuple[Fraction, Fraction]], list[str]]:
+        """Follow the branch to a value of the parameter, or to where its orbit is lost."""
+        nodes, radii = [], []
+        h, grows, sought = self._span / FIRST, True, False
+        slope = Fraction(0)
+        while node[0] != end:
+            self._steps += 1
+            if self._steps > MOST_STEPS:
+                raise Undecided(f"the branch is proven no further than {float(node[0])!r}")
+            if h < self._span * Fraction(SHORTEST) and not sought:
+                end, sought = self._end(node, end), True
+            away = end - node[0]
+            size = Fraction(f"{float(h):.1e}")
+            p = end if abs(away) <= size else node[0] + (size if away > 0 else -size)
+            try:
+                d = self._point(p, number(node[1] + slope * (p - node[0])))
+                new = (p, self._place(d, abs(p - node[0])))
+                radius = self._proven(*sorted((node, new)))
+            except Undecided:
+                h, grows = min(h, abs(away)) / 2, False
+                continue
+            slope = (new[1] - node[1]) / (new[0] - node[0])
+            nodes.append(new)
+            radii.append(radius)
+            node = new
+            h, grows = h * Fraction(3, 2) if grows else h, True
+        return nodes, radii
+
+    def _end(self, node: tuple[Fraction, Fraction], end: Fraction) -> Fraction:
+        """Prove that the orbit is lost near a node; where its branch then ends."""
+        p, x = node[0], number(node[1])
+        reason: Exception = Undecided("")
+        for _ in range(self.period):
+            try:
+                found = [
+                    proven_border(self.setting, x.mid(), number(p).mid(), self.period, digits)
+                    for digits in (self.digits, self.digits + GUARD + 3)
+                ]
+            except (NoZero, Undecided) as error:
+                reason = error
+            else:
+                value = fraction("value", found[1]["value"].split()[0])
+                if not min(p, end) < value < max(p, end):
+                    return end
+                self.lost.append(found[0])
+                side = -1 if end > p else 1
+                unit = Fraction(1, 10 ** (self.digits + GUARD + 1))
+                return round(value / unit) * unit + side * 10 * unit
+            (piece,) = self._step(p, x)
+            x = piece.value.range
+        raise Undecided(f"the branch is proven no further than {float(p)!r}: {reason}")
+
+    def _step(self, p: Fraction, x: arb) -> list[Any]:
+        d, q = variables([x.mid(), number(p).mid()], [x.rad(), number(p).rad()])
+        return step(self.setting, d, [q])
+
+    def _point(self, p: Fraction, near: arb) -> arb:
+        """Find the orbit's point by Newton's method, without proof."""
+        x = near.mid()
+        for _ in range(ROUNDS):
+            box = variables([x, number(p).mid()], [arb(0)] * 2)
+            (miss,) = closing(self.setting, self.period)(box)
+            move = miss.centre / miss.gradient[0]
+            x = (x - move).mid()
+            if abs(move) < arb(10) ** (-self.digits - GUARD - SPARE_PLACES):
+                return x
+        raise Undecided(f"no orbit is found near d = {float(near):.6g} at {float(p):.6g}")
+
+    def _itinerary(self, p: Fraction, x: arb) -> tuple[list[str], arb]:
+        """Itinerary and multiplier of the orbit through a point."""
+        words, slope = [], arb(1)
+        for _ in range(self.period):
+            (piece,) = self._step(p, x)
+            words.append(piece.itinerary)
+            slope *= piece.value.gradient[0]
+            x = piece.value.range
+        return words, slope
+
+    def _place(self, d: arb, length: Fraction) -> Fraction:
+        """Round a point to what the distance between two nodes asks for."""
+        unit = Fraction(1, 10 ** (SPARE_PLACES - floor(log10(length))))
+        mantissa, exponent = d.mid().man_exp()
+        return round(int(mantissa) * Fraction(2) ** int(exponent) / unit) * unit
+
+    def _proven(self, low: tuple[Fraction, Fraction], high: tuple[Fraction, Fraction]) -> str:
+        """Prove that one orbit is in the tube between two nodes; the tube's radius."""
+        # Coordinates: the distance from the line through the nodes, and the parameter.
+        run, rise = high[0] - low[0], high[1] - low[1]
+        slope = number(rise / run)
+        radius = f"{SLIM * float(run) * max(abs(float(rise / run)), FLAT):.0e}"
+        p, half = number((low[0] + high[0]) / 2), number(run / 2)
+        across, q = variables(
+            [arb(0), p.mid()], [CAUTION * number(Fraction(radius)), half + p.rad()]
+        )
+        d = across + (q - p) * slope + number((low[1] + high[1]) / 2)
+        x, points = d, []
+        for word in self.words:
+            points.append(x.range)
+            (piece,) = step(self.setting, x, [q])
+            if piece.itinerary != word:
+                raise Undecided(f"the itinerary changes to {piece.itinerary!r}")
+            x = piece.value
+        miss = x - d
+        rate, drift = miss.gradient
+        if not (abs(rate + 1) < 1 if self.stable else abs(rate + 1) > 1):
+            raise Undecided("the multiplier cannot be told from 1 in size")
+        if not abs(miss.centre + drift * q.box[1]) < number(Fraction(radius)) * abs(rate):
+            raise Undecided("Newton's step leaves the tube")
+        if any(a.overlaps(b) for a, b in itertools.pairwise(sorted(points, key=arb.mid))):
+            raise Undecided("two points of the orbit are not told apart")
+        return radius
