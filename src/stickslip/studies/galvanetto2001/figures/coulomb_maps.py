@@ -252,10 +252,11 @@ def draw_transients(data: Transients, figure: Figure) -> None:
     axes = figure.subplots(1, 2)
     for ax, letter, curve, window in zip(axes, "ab", data.curves, WINDOWS, strict=True):
         draw_curve(curve, ax, window=window, power=4, jumps=letter == "b")
-        draw_steps(ax, data.from_left, color=PALETTE["blue"])
-        draw_steps(ax, data.from_right, color=PALETTE["orange"])
+        draw_steps(ax, data.from_left, color=PALETTE["blue"], label="from the left of the jump")
+        draw_steps(ax, data.from_right, color=PALETTE["orange"], label="from its right")
         _mark(ax, data, window)
         panel_letter(ax, letter)
+    axes[1].legend(loc="upper left")
 
 
 def _mark(ax: Axes, data: Transients, window: tuple[float, float]) -> None:
