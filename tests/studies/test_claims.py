@@ -28,7 +28,6 @@ DEPARTURES = {
     "map.defined": "holds with a correction",
     "map.no_global_stick": "holds with a correction",
     # -0.254 is -0.2533.
-    "coulomb.u4": "holds with a correction",
     # Cycles of long periods.
     "collision.non_periodic": "does not hold",
     # 0.734 is not close to one.

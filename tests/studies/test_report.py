@@ -9,7 +9,7 @@ import pytest
 from stickslip import studies
 from stickslip.studies.claim import Claim, Finding, Value
 from stickslip.studies.galvanetto2001 import SOURCE, TITLE
-from stickslip.studies.report import Report
+from stickslip.studies.report import Report, _summary
 
 pytestmark = pytest.mark.paper
 
@@ -174,3 +174,11 @@ def test_every_claim_of_the_figures_is_on_the_page(reproduced):
     text = (folder / "report.md").read_text()
     for one in done.report.claims:
         assert f"**{one.statement}** ({one.place})" in text
+
+
+def test_counts_are_in_the_plural_where_they_are_of_several_claims():
+    counts = {"holds": 46, "holds with a correction": 1, "does not hold": 2, "undecided": 0}
+    told = "49 claims: 46 hold, 1 holds with a correction, 2 do not hold"
+    assert _summary(counts) == told
+    assert _summary({"holds": 1}) == "1 claim: 1 holds"
+    assert _summary({"undecided": 2}) == "2 claims: 2 undecided"

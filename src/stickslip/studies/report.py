@@ -94,8 +94,16 @@ class Report:
 
 def _summary(counts: Mapping[Verdict, int]) -> str:
     """Count the verdicts in words."""
-    parts = [f"{n} {verdict}" for verdict, n in counts.items() if n]
-    return f"{sum(counts.values())} claims: {', '.join(parts)}" if parts else "no claims"
+    parts = [f"{n} {_of(n, verdict)}" for verdict, n in counts.items() if n]
+    total = sum(counts.values())
+    return f"{total} claim{'s' * (total != 1)}: {', '.join(parts)}" if parts else "no claims"
+
+
+def _of(n: int, verdict: str) -> str:
+    """Put a verdict into the plural where it is about several claims."""
+    if n == 1:
+        return verdict
+    return verdict.replace("holds", "hold").replace("does not", "do not")
 
 
 def _objections(claim: Claim) -> list[str]:

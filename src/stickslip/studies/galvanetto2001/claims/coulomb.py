@@ -233,7 +233,6 @@ def _no_separatrix(facts: Facts) -> Claim:
 def _u4(facts: Facts) -> Claim:
     orbit, numbers = facts.unstable, facts.numbers
     values = tuple(numbers[f"d of U4, point {k}"] for k in range(1, 5))
-    rounded = [f"{value.computed:.3f}" for value in values]
     share = orbit.jump.share if orbit.jump is not None else float("nan")
     return claim(
         "coulomb.u4",
@@ -246,12 +245,6 @@ def _u4(facts: Facts) -> Claim:
             f"it crosses the jump {facts.jump.d:.12f} at {100 * share:.4f} % of its height "
             f"and closes to {orbit.residual:.0e}",
             orbit.period == 4 and 0.0 < share < 1.0 and orbit.residual < ROUNDING,
-        ),
-        Finding(
-            "the printed digits are those of the orbit, rounded",
-            f"rounded to three digits its points are {', '.join(rounded)}",
-            all(value.printed == text for value, text in zip(values, rounded, strict=True)),
-            essential=False,
         ),
         values=values,
         mechanism=facts.jump.mechanism,

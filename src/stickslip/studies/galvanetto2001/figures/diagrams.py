@@ -83,7 +83,7 @@ def draw_coulomb(data: CoulombDiagram, figure: Figure) -> None:
     """Draw all motions, and enlarged the branch of S4 that meets the discontinuity."""
     whole, enlarged = figure.subplots(1, 2)
     draw_diagram(data.diagram, whole, breakpoints=False, marks=False)
-    whole.set_ylim(-0.56, 0.56)
+    whole.set_ylim(-0.58, 0.62)
     _name_motions(whole, data)
     _draw_enlarged(enlarged, data)
     for ax, letter in ((whole, "a"), (enlarged, "b")):

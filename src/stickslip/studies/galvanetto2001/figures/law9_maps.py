@@ -111,9 +111,8 @@ def compute_birth() -> Birth:
     near = sorted(found.of_period(2), key=lambda orbit: abs(float(orbit.points[0]) - cusp))
     b, a = near[:2]
     (before,) = (x for x in window.preimages(cusp) if x > cusp)
-    first, last = (
-        _around(np.array([corner, a.points[k], b.points[k]]))
-        for k, corner in enumerate((cusp, float(before)))
+    first, last = _around(
+        *(np.array([corner, a.points[k], b.points[k]]) for k, corner in enumerate((cusp, before)))
     )
     second = f.power(2)
     return Birth(
@@ -128,9 +127,11 @@ def compute_birth() -> Birth:
     )
 
 
-def _around(points: Floats) -> tuple[float, float]:
-    low, high = float(points.min()), float(points.max())
-    return low - ROOM * (high - low), high + ROOM * (high - low)
+def _around(*groups: Floats) -> tuple[tuple[float, float], ...]:
+    """Windows about groups of points, all of one width."""
+    half = (0.5 + ROOM) * max(float(np.ptp(points)) for points in groups)
+    middles = [0.5 * float(points.min() + points.max()) for points in groups]
+    return tuple((middle - half, middle + half) for middle in middles)
 
 
 def draw_birth(data: Birth, figure: Figure) -> None:
