@@ -109,13 +109,14 @@ def test_the_documentation_shows_files_that_work(read):
     page = Path(__file__).parents[3].joinpath("docs", "model-files.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^( *)```toml\n(.*?)^ *```", page, flags=re.MULTILINE | re.DOTALL)
     files = [re.sub(f"^{indent}", "", text, flags=re.MULTILINE) for indent, text in blocks]
-    whole, chain, full, one, line, laws, physical = files
+    whole, chain, full, one, line, laws, physical, formula_table = files
     assert read(chain) == ss.Chain([1, 1.3, 1.1], 1.2, 0.0366, ss.Coulomb(0.22), damping=0.01)
     assert read(full).forcing == ss.Harmonic((0.0, 0.2), 1.3, phase=0.5)
     assert read(one) == ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3.0))
     assert read(whole) == ss.examples.coulomb()
-    formula = read(whole.partition("[friction]")[0] + line).friction
-    assert formula.parameters == {"mu": 0.2, "v": 0.5}
+    for text in (line, formula_table):
+        formula = read(whole.partition("[friction]")[0] + text).friction
+        assert formula.parameters == {"mu": 0.2, "v": 0.5}
     pair = read(whole.partition("[friction]")[0] + laws)
     assert pair.friction == (ss.Coulomb(mu=0.22), ss.PoppStelter(gamma=3.0))
     assert read(physical).units == ss.Units(m=2.0, k=8.0, fs1=4.0)
