@@ -32,7 +32,13 @@ FEWEST = 5  # points of a record: fewer tell no start and nothing else
 class _Measured:
     """Checked values in a frozen dataclass, and what they are in other units."""
 
+    sigma: float | None
     _quantities: ClassVar[Mapping[str, Quantity]]
+
+    @property
+    def is_weighed(self) -> bool:
+        """Whether the standard error is given."""
+        return self.sigma is not None
 
     def to_dimensionless(self, units: Units) -> Self:
         """Divide measured values by the scales of a model's units.
@@ -217,11 +223,6 @@ class EventTimes(_Measured):
         block = whole_number("block", self.block)
         self._store(times=times, block=block, sigma=_sigma("sigma", self.sigma), **start)
 
-    @property
-    def is_weighed(self) -> bool:
-        """Whether the standard error is given."""
-        return self.sigma is not None
-
 
 @suggests
 @part
@@ -254,11 +255,6 @@ class MapPoints(_Measured):
     def __post_init__(self) -> None:
         """Check every number."""
         self._store(**_pairs(self, "d", "value"), sigma=_sigma("sigma", self.sigma))
-
-    @property
-    def is_weighed(self) -> bool:
-        """Whether the standard error is given."""
-        return self.sigma is not None
 
 
 @suggests
@@ -303,11 +299,6 @@ class ForcePoints(_Measured):
             raise ValueError(f"speed = {pairs['speed'].min():.6g}: slip speeds are >= 0")
         block, forward = whole_number("block", self.block), flag("forward", self.forward)
         self._store(**pairs, sigma=_sigma("sigma", self.sigma), block=block, forward=forward)
-
-    @property
-    def is_weighed(self) -> bool:
-        """Whether the standard error is given."""
-        return self.sigma is not None
 
 
 Data: TypeAlias = Record | EventTimes | MapPoints | ForcePoints

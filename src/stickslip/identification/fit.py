@@ -139,8 +139,8 @@ class Fit(Result):
             [] if self.converged else ["the search has not converged: raise max_evaluations"]
         )
         if not self.tells:
-            weighed = all(each.is_weighed for each in self.data)
-            size, unit = (1.0, "times their errors") if weighed else (0.01, "of their scatter")
+            known = _weighed(self.data)
+            size, unit = (1.0, "times their errors") if known else (0.01, "of their scatter")
             told.append(
                 f"the model does not tell these data: residuals are some {self._size * size:.2g} "
                 f"{unit}. Look at units, at what is fixed, at where the search starts"
@@ -158,8 +158,7 @@ class Fit(Result):
     @property
     def tells(self) -> bool:
         """Whether residuals are of the size of errors that were given, or small beside the data."""
-        weighed = all(each.is_weighed for each in self.data)
-        return self._size < (POOR if weighed else POOR_UNWEIGHED)
+        return self._size < (POOR if _weighed(self.data) else POOR_UNWEIGHED)
 
     @property
     def _size(self) -> float:
@@ -599,6 +598,11 @@ def _listed(data: Any) -> tuple[Data, ...]:
     return tuple(instance("data", each, kinds.__args__, what) for each in listed)
 
 
+def _weighed(data: tuple[Data, ...]) -> bool:
+    """Whether all standard errors are given."""
+    return all(each.is_weighed for each in data)
+
+
 def _names(model: Model, parameters: Any) -> tuple[str, ...]:
     listed = (
         [parameters] if isinstance(parameters, str) or not np.iterable(parameters) else parameters
@@ -671,8 +675,7 @@ def _result(
     residuals = np.concatenate([each.residuals for each in stage.answers])
     n_links = sum(len(each.links) for each in stage.answers)
     n_free = len(residuals) + n_links + len(problem.priors) - len(unknowns)
-    weighed = all(each.is_weighed for each in data)
-    scale = 1.0 if weighed else float(np.sqrt(stage.chi2 / n_free))
+    scale = 1.0 if _weighed(data) else float(np.sqrt(stage.chi2 / n_free))
     covariance, undetermined = _covariance(problem.jacobian(unknowns), names)
     covariance = covariance * scale**2
     values = unknowns[:n]

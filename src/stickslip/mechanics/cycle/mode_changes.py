@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, rates, word_of
+from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
 from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
@@ -145,11 +145,9 @@ def _between_events(cycle: Cycle) -> float:
 def _extreme(cycle: Cycle) -> tuple[float, Floats]:
     """Time at which a coordinate is extreme, and the coordinate: sharp, and far from events."""
     trajectory, plant = cycle.trajectory, cycle.model.plant
-    matrix, constant = rates(plant.reduced)
 
     def rate(time: Floats | float) -> Floats:
-        z = plant.coordinates(trajectory.x(time), trajectory.v(time))
-        return np.asarray(z @ matrix.T + constant)
+        return plant.rows(plant.coordinates(trajectory.x(time), trajectory.v(time)))[0]
 
     t = np.linspace(0.0, cycle.period, max(400, int(SAMPLES * cycle.period)))
     rows, events = coordinates(plant), np.array([event.time for event in cycle.events])

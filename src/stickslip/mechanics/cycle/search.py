@@ -12,12 +12,11 @@ from stickslip import status as status_codes
 from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
-from stickslip.mechanics.cycle.section import Section, Shooting, Shot, coordinates, rates
+from stickslip.mechanics.cycle.section import Section, Shooting, Shot, coordinates
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
 from stickslip.mechanics.cycle.sliding import linear_modes, modes_about, steady_states
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
-from stickslip.mechanics.model.plant import unfelt
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 from stickslip.vocabulary import suggests
 
@@ -222,15 +221,9 @@ class _Search:
 
     def _step(self, leg: Leg, off: Floats, varies: NDArray[np.bool_]) -> Floats:
         """Newton's step from the start of a leg."""
-        ways = self._ways(varies)
+        ways = self.model.plant.ways(varies)
         matrix = self.felt((ways - leg.tangent @ ways).T).T
         return np.asarray(ways @ np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
-
-    def _ways(self, varies: NDArray[np.bool_]) -> Floats:
-        """Columns: changes of what varies in a state that something feels, all independent."""
-        turns = self.model.plant.turns[varies]
-        ways = np.eye(len(varies))[:, varies]
-        return ways @ unfelt(turns.T) if turns.size else ways
 
     def _gains_no_more(self, last: float, now: float) -> bool:
         """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
@@ -320,7 +313,7 @@ class _Search:
     def _multipliers(self, state: State, tangent: Floats) -> NDArray[np.complex128]:
         """Eigenvalues of the return, over the directions that are free at its start."""
         forced = self.model.plant.is_forced
-        ways = self._ways(_varies(state))
+        ways = self.model.plant.ways(_varies(state))
         values = np.linalg.eigvals(ways.T @ tangent @ ways)
         values = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
         # The return ends on the section: the direction across it is lost.
@@ -390,20 +383,17 @@ class _Swings:
 
     def __init__(self, model: Model, state: State, rtol: float) -> None:
         self.shooter = Shooter(model, rtol=rtol, tangents=False)
-        self.matrix, self.constant = rates(model.plant.reduced)
+        self.plant = model.plant
         fast = np.abs(linear_modes(model).values)
         fast = fast[fast > STILL * fast.max()]
         self.step = 2.0 * np.pi * STEP / float(fast.max())
         patience = PATIENCE * 2.0 * np.pi / float(fast.min()) / self.step
         self.n_steps = int(min(patience, MOST_STEPS))
         rows = coordinates(model.plant)
-        self.along = rows[np.argmax(np.abs(rows @ self._rates(state)))]
-
-    def _rates(self, state: State) -> Floats:
-        return np.asarray(self.matrix @ state.z + self.constant)
+        self.along = rows[np.argmax(np.abs(rows @ self.plant.rows(state.z)[0]))]
 
     def _speed(self, state: State) -> float:
-        return float(self.along @ self._rates(state))
+        return float(self.along @ self.plant.rows(state.z)[0])
 
     def next(self, state: State) -> tuple[State, float] | None:
         """State at the next extreme, and the time until then; None if an event comes before."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
-from stickslip.mechanics.model.plant import unfelt
 from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
@@ -41,10 +41,7 @@ class Section(NamedTuple):
     @classmethod
     def through(cls, plant: Plant, state: State, along: Floats | None = None) -> Section:
         """Section through a state."""
-        ways = np.eye(len(state.z))[:, state.free]
-        if plant.turns.size:
-            ways = ways @ unfelt(plant.turns[state.free].T)
-        return cls(state.mode, ways, along, state.t if along is None else 0.0)
+        return cls(state.mode, plant.ways(state.free), along, state.t if along is None else 0.0)
 
 
 def coordinates(plant: Plant) -> Floats:
@@ -56,7 +53,7 @@ def coordinates(plant: Plant) -> Floats:
     return np.asarray(rows[sizes > 0.5 / n] / sizes[sizes > 0.5 / n, None])
 
 
-def rates(reduced: Reduced) -> tuple[Floats, Floats]:
+def _rates(reduced: Reduced) -> tuple[Floats, Floats]:
     """Matrix and constant of y' in the state, where nothing is forced."""
     own = slice(reduced.n_waves, reduced.n_free)
     return reduced.matrix[own, reduced.n_waves :], reduced.constant[own]
@@ -71,7 +68,7 @@ class Shot:
     state: State
     leg: Leg
     velocity: Floats
-    rates_change: tuple[Floats, Floats]  # derivative in the parameter of what `rates` gives
+    change: Reduced | None  # derivative of the plant in the parameter; None: there is none
     period_change: float  # ... and of the forcing's period
 
     @property
@@ -81,14 +78,25 @@ class Shot:
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
-        """Floquet multipliers, as in `Cycle`."""
-        return multipliers(self.section, self.leg, self.velocity, self.normal)
+        """Floquet multipliers by descending size, as in `Cycle`; the trivial one is left out."""
+        # More than the directions that are free in the phase with most riders are exact zeros.
+        ways, mode = self.section.ways, self.section.mode
+        matrix = ways.T @ self.leg.tangent @ ways
+        total = len(matrix) + int(np.count_nonzero(mode == 0))
+        rank = total - len(mode) + _fewest_slipping(self.section, self.leg)
+        if self.normal is not None:
+            lost = self.normal @ ways @ matrix / self.bend
+            matrix = matrix - np.outer(ways.T @ self.velocity, lost)
+            rank, total = rank - 1, total - 1
+        values = np.linalg.eigvals(matrix).astype(np.complex128)
+        values = values[np.argsort(-np.abs(values), kind="stable")][:rank]
+        return np.concatenate([values, np.zeros(total - len(values))])
 
-    @property
+    @cached_property
     def normal(self) -> Floats | None:
         """Normal of the section's plane, not of length 1."""
         along = self.section.along
-        return None if along is None else along @ rates(self.model.plant.reduced)[0]
+        return None if along is None else along @ _rates(self.model.plant.reduced)[0]
 
     @property
     def bend(self) -> float:
@@ -108,24 +116,6 @@ class Shot:
 def word_of(leg: Leg) -> Word:
     """Return the changes of mode along a leg."""
     return tuple((block, mode) for _, block, mode in leg.events)
-
-
-def multipliers(
-    section: Section, leg: Leg, velocity: Floats, normal: Floats | None
-) -> NDArray[np.complex128]:
-    """Floquet multipliers of one period by descending size; the trivial one is left out."""
-    # More than the directions that are free in the phase with most riders are exact zeros.
-    ways = section.ways
-    matrix = ways.T @ leg.tangent @ ways
-    total = len(matrix) + int(np.count_nonzero(section.mode == 0))
-    rank = total - len(section.mode) + _fewest_slipping(section, leg)
-    if normal is not None:
-        lost = normal @ ways @ matrix / (normal @ velocity)
-        matrix = matrix - np.outer(ways.T @ velocity, lost)
-        rank, total = rank - 1, total - 1
-    values = np.linalg.eigvals(matrix).astype(np.complex128)
-    values = values[np.argsort(-np.abs(values), kind="stable")][:rank]
-    return np.concatenate([values, np.zeros(total - len(values))])
 
 
 def _fewest_slipping(section: Section, leg: Leg) -> int:
@@ -197,9 +187,7 @@ class Shooting:
         shooter = Shooter(model, rtol=self.rtol, parameter=self.name)
         leg = shooter.leg(state, EVENTS, max_time=period)
         velocity = shooter.velocity(leg.state)
-        own = rates(model.plant.reduced)
-        change = (0.0 * own[0], 0.0 * own[1]) if shooter.change is None else rates(shooter.change)
-        moved = change, shooter.period_change
+        moved = shooter.change, shooter.period_change
         shot = Shot(model, self.section, state, leg, velocity, *moved)
         if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
             raise LeavesRegion(shot)
@@ -217,10 +205,11 @@ class Shooting:
         if along is None or shot.normal is None:
             by_parameter += rate * self.rounds * shot.period_change
             return back, np.column_stack([by_state, by_parameter]), shot
-        at, own = shot.state.z, rates(shot.model.plant.reduced)
-        off, moved = (
-            along @ (matrix @ at + constant) for matrix, constant in (own, shot.rates_change)
-        )
+        at, moved = shot.state.z, 0.0
+        if shot.change is not None:
+            matrix, constant = _rates(shot.change)
+            moved = float(along @ (matrix @ at + constant))
+        off = along @ shot.model.plant.rows(at)[0]
         plane = [*shot.normal @ ways, 0.0, moved]
         jacobian = np.column_stack([by_state, rate, by_parameter])
         return np.append(back, off), np.vstack([jacobian, plane]), shot

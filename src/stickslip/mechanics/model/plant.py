@@ -238,6 +238,11 @@ class Plant:
         """Leave out of changes of (y, w), shape (..., n), what nothing feels."""
         return np.asarray(change - change @ self.turns @ self.turns.T)
 
+    def ways(self, varies: NDArray[np.bool_]) -> Floats:
+        """Columns: independent changes of what varies of (y, w), that something feels."""
+        own = np.eye(len(varies))[:, varies]
+        return own @ unfelt(self.turns[varies].T) if self.turns.size else own
+
     # --- coordinates -------------------------------------------------------------------------
 
     @cached_property
