@@ -94,3 +94,9 @@ def test_what_is_not_so_has_an_exit_code(capsys):
 def test_bad_usage(options, capsys):
     assert main(f"certify --preset coulomb {options}".split()) == 2
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("option", ["--orbit", "--jump"])
+def test_a_point_that_is_no_number_is_told_by_its_option(option, capsys):
+    assert main(["certify", "--preset", "coulomb", option, "nan"]) == 2
+    assert option in capsys.readouterr().err

@@ -147,6 +147,15 @@ def test_a_root_at_the_start_is_divided_out(first, multiplicity, share):
         assert t == pytest.approx(first, rel=1e-10)
 
 
+@given(first=ROOT, power=st.sampled_from([1, 2]), exponent=st.integers(7, 120))
+def test_however_slowly_a_signal_leaves_zero_its_next_root_is_found(first, power, exponent):
+    c = signal([0.0, 0.0, 0.0, first])
+    c[:3] = 0.0
+    c[power] = 10.0**-exponent
+    assert first_contact(c, 0.9 * first, True, SLACK) == NO_ROOT
+    assert first_contact(c, 1.1 * first, True, SLACK) == pytest.approx(first, rel=1e-3)
+
+
 def test_a_signal_that_starts_at_zero_and_falls_is_a_contact_at_once():
     assert first_contact(np.array([0.0, -0.1, 5.0, 0.0]), 1.0, True, SLACK) == 0.0
     assert first_contact(np.array([0.0, 0.0, -0.1, 5.0]), 1.0, True, SLACK) == 0.0

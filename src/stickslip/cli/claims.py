@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -83,6 +84,9 @@ def certify(
     asked = [value is not None for value in (orbit, jump, max_period)]
     if sum(asked) != 1:
         raise UsageError("give one of --orbit, --jump and --max-period")
+    for option, d in (("--orbit", orbit), ("--jump", jump)):
+        if d is not None and not isfinite(d):
+            raise UsageError(f"{option} {d}: a finite number is needed")
     kinds = {"border_collision": border, "flip": flip, "fold": fold}
     varied = {kind: name for kind, name in kinds.items() if name is not None}
     if len(varied) + (along is not None) > 1:

@@ -146,6 +146,8 @@ def search(c: Floats, h: float, leaving: bool, rounding: float) -> float:
         if t >= h:
             return NO_ROOT
         step = safe_step(max(g, 0.0), slope, curvature, bound_2, bound_3, h - t)
+        if slope >= 0.0 and bound_3 > 0.0:  # it rises until its curvature may vanish
+            step = max(step, 3.0 * curvature / bound_3)
         t = min(h, t + max(step, EPSILON * h))
     return UNFINISHED
 
