@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 import numpy as np
 
+from stickslip.app import live
 from stickslip.app.page import described_limits, presets
 from stickslip.app.requests import Part, message, plain, request_of
 from stickslip.app.views import VIEWS
@@ -111,6 +112,7 @@ def export(folder: Path) -> None:
     with as_file(STATIC) as static:
         shutil.copytree(static, folder / "static", dirs_exist_ok=True)
     page = (STATIC / "index.html").read_text(encoding="utf-8")
+    live.write(folder / "static" / "live")
     alone = page.replace('<html lang="en"', '<html lang="en" data-alone', 1)
     (folder / "index.html").write_text(alone, encoding="utf-8")
     for name, content in (("limits", described_limits() | {"exports": {}}), ("presets", presets())):

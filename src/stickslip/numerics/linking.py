@@ -208,3 +208,28 @@ class Kernel(CPUDispatcher):
             library.finalize_with(made.library)
         self._outside.append(library)
         return int(library.get_pointer_to_function(outside.name))
+
+
+def linked(
+    kernel: Kernel, kinds: tuple[Any, ...], name: str, arguments: Callable[[Any, Any], list[Any]]
+) -> llvm.ModuleRef:
+    """Code of a function without arguments that calls a kernel, and of all that it needs.
+
+    `arguments` gets numba's target and a builder, and gives the values that the kernel is called
+    with. Nothing is optimised yet.
+    """
+    kernel.part.compile(kinds)
+    made = kernel.part.overloads[kinds]
+    target, known = made.target_context, made.fndesc
+    module = _EntryLibrary(target.codegen(), name).create_ir_module(name)
+    outside = ir.Function(module, ir.FunctionType(ir.VoidType(), []), name)
+    builder = ir.IRBuilder(outside.append_basic_block())
+    kind = target.call_conv.get_function_type(known.restype, kinds)
+    callee = ir.Function(module, kind, known.llvm_func_name)
+    values = arguments(target, builder)
+    target.call_conv.call_function(builder, callee, known.restype, kinds, values)
+    builder.ret_void()
+    whole = llvm.parse_assembly(str(module))
+    for code in reversed(made.library.codes.values()):
+        whole.link_in(llvm.parse_bitcode(code))
+    return whole

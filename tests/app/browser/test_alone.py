@@ -10,6 +10,7 @@ from tests.app.browser.conftest import Explorer
 from tests.app.browser.test_looks import violations
 
 import stickslip as ss
+from stickslip.app import live
 from stickslip.app.page import preset_names
 from stickslip.app.shipped import export
 
@@ -25,7 +26,10 @@ class Quiet(SimpleHTTPRequestHandler):
 @pytest.fixture(scope="module")
 def folder_address(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page") / "explorer"
-    export(folder)
+    some = {name: law for name, law in live.LAWS.items() if name != "stribeck"}
+    with pytest.MonkeyPatch.context() as patch:  # each law is compiled
+        patch.setattr(live, "LAWS", some)
+        export(folder)
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder.parent))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}/explorer/"
@@ -64,18 +68,64 @@ def test_its_numbers_are_the_library_s(alone):
     np.testing.assert_allclose(motion, [120, *end], rtol=1e-6)
 
 
-def test_it_says_that_it_only_shows(alone):
-    assert "pip install" in alone.page.locator(".connection").text_content()
-    assert alone.page.locator("[data-slider='V']").is_disabled()
+def states(alone):
+    """State of each view, by its name."""
+    shown = "explorer.views.filter(({ panel }) => !panel.section.hidden)"
+    entries = f"{shown}.map(({{ id, panel }}) => [id, panel.section.dataset.state])"
+    return dict(alone.page.evaluate(f"() => {entries}"))
+
+
+CURRENT = """() => ["map", "power", "portrait-1", "plane", "law"].every((name) =>
+    explorer.views.find(({ id }) => id === name).panel.section.dataset.state === "current")"""
+
+
+@pytest.mark.parametrize(
+    ("preset", "parameter", "value"),
+    [("coulomb", "V", 0.05), ("coulomb", "mu", 0.3), ("law9", "alpha", 1.2)],
+)
+def test_maps_and_motions_are_computed_there(alone, preset, parameter, value):
+    alone.page.evaluate("(preset) => { location.hash = `preset=${preset}`; }", preset)
     alone.page.wait_for_function(ALL_SHOWN)
-    before = alone.state
-    alone.page.mouse.click(*alone.spot("map", -0.3, 0.0))
-    alone.page.wait_for_function(
-        "() => document.querySelector('.toast').textContent.includes('stickslip explore')"
+    alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [parameter, value])
+    alone.page.wait_for_function(CURRENT)
+    model = getattr(ss.examples, preset)().replace(**{parameter: value})
+    f = ss.event_map(model)
+    x, y, branch = alone.view(
+        "map",
+        "[[...view.values.arrays.x], [...view.values.arrays.f], [...view.values.arrays.branch]]",
     )
-    assert alone.state == before
-    assert alone.page.evaluate(ALL_SHOWN)
+    expected = f.evaluate(np.array(x))
+    np.testing.assert_allclose(np.array(y, dtype=float), expected.value, rtol=1e-13, atol=2e-15)
+    assert max(branch) == np.count_nonzero(np.diff(expected.label.astype(np.int64)))
+    orbits = alone.view("map", "view.orbits.orbits")
+    assert len(orbits) > 0
+    for orbit in orbits:
+        points = np.array(orbit["points"])
+        np.testing.assert_allclose(f(points), np.roll(points, -1), rtol=1e-9, atol=1e-10)
+        slope = f.derivative(points).prod()
+        np.testing.assert_allclose(orbit["multiplier"], slope, rtol=1e-6)
+    t, last = alone.page.evaluate(
+        "() => [explorer.clock.arrays.t.at(-1), [...explorer.clock.arrays.x.slice(-2)]]"
+    )
+    motion = ss.simulate(model, d=alone.state["d"], t_end=120.0)
+    np.testing.assert_allclose([t, *last], [120.0, *motion.x(120.0)], rtol=1e-9)
+    assert states(alone)["basins"] == "stale"
     assert not violations(alone)
+    alone.shoot(f"alone, computed {preset} {parameter}")
+
+
+def test_it_says_what_it_does_not_compute(alone):
+    assert "pip install" in alone.page.locator(".connection").text_content()
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.evaluate("() => explorer.setParameter('damping', 0.1)")
+    alone.page.wait_for_function(
+        "() => document.querySelector('main').textContent.includes('not computed on this page')"
+    )
+    alone.page.evaluate("() => explorer.setParameter('damping', 0)")
+    alone.page.evaluate("() => explorer.setParameter('V', -1)")
+    alone.page.wait_for_function(
+        "() => document.querySelector('.controls').textContent.includes('V = -1 is not above 0')"
+    )
 
 
 def test_the_motion_plays_and_the_tour_goes(alone):

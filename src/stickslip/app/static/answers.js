@@ -116,7 +116,7 @@ export class Answers {
 
 /** Why an answer to the present values is not on its way; empty if it is. */
 function reason(/** @type {Record<string, boolean>} */ { running, open, alone, stopped }) {
-  if (alone) return "this page does not compute: stickslip explore does";
+  if (alone && stopped && !running) return "not computed on this page: stickslip explore does";
   if (!open) return "the server does not answer";
   return stopped && !running ? "stopped" : "";
 }

@@ -8,7 +8,7 @@
  */
 import { Answers } from "./answers.js";
 import { Clock } from "./clock.js";
-import { Connection, NoConnection } from "./connection.js";
+import { Connection, Socket, Thread } from "./connection.js";
 import { keep } from "./keep.js";
 import {
   blockCount,
@@ -55,13 +55,13 @@ export class App {
     const url = new URL("ws", location.href);
     url.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     url.hash = "";
-    /** @type {any} */
-    this.connection = this.alone
-      ? new NoConnection()
-      : new Connection(url.href, (open, steps) => {
-          onconnection(open, steps);
-          this.judge();
-        });
+    this.connection = new Connection(
+      this.alone ? new Thread() : new Socket(url.href),
+      (open, steps) => {
+        onconnection(open, steps);
+        this.judge();
+      },
+    );
     this.store.subscribe(() => this.changed());
   }
 
@@ -94,7 +94,6 @@ export class App {
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
-    if (this.#onlyLooks()) return;
     const domain = hasLineMap(this.state.model) ? this.domain() : undefined;
     const inside = domain ? Math.min(domain[1], Math.max(domain[0], d)) : d;
     this.store.update({ d: clean(inside) }, "d");
@@ -106,7 +105,6 @@ export class App {
    * @param {number} [d]
    */
   goTo(value, d) {
-    if (this.#onlyLooks()) return;
     const { parameter } = this.state.diagram;
     const model = withValue(this.limits, this.state.model, parameter, clean(value));
     this.store.update(d === undefined ? { model } : { model, d: clean(d) }, `value:${parameter}`);
@@ -129,7 +127,6 @@ export class App {
 
   /** @param {string} panel @param {Box | null} box */
   zoom(panel, box) {
-    if (this.#onlyLooks()) return;
     const { diagram, windows } = this.state;
     if (panel !== "diagram") {
       const bounded = panel === "map" || panel === "power" ? this.#bounded(box) : box;
@@ -149,13 +146,6 @@ export class App {
         "zoom:diagram",
       );
     }
-  }
-
-  /** Where nothing is computed, presets and the tour are all there is. */
-  #onlyLooks() {
-    if (this.alone)
-      this.announce("This page does not compute. stickslip explore does, on your machine.");
-    return this.alone;
   }
 
   /** The map's window ends where its domain does. @param {Box | null} box */
@@ -222,10 +212,11 @@ export class App {
       return this.#offer(slot, text, kept);
     }
     const base = { question, before: [], done: true, shipped: true, progress: 1 };
-    this.shipped
-      .find(question)
+    const shipped = this.shipped.find(question);
+    shipped
       ?.then((parts) => parts.length && this.#offer(slot, text, { ...base, parts }))
       .catch(() => {}); // the live answer comes all the same
+    if (this.alone && shipped) return this.connection.forget(slot); // there is no better one
     this.connection.ask(slot, question, (/** @type {Part} */ part) =>
       this.receive(slot, question, part),
     );

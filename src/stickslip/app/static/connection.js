@@ -19,13 +19,56 @@ const KINDS = { f8: Float64Array, f4: Float32Array, u1: Uint8Array, i4: Int32Arr
  * @property {number} since
  */
 
+/**
+ * @typedef {object} Link  what carries questions there and answers back
+ * @property {(hears: {onopen: () => void, onpart: (part: Part) => void, onclose: () => void}) => void} open
+ * @property {(message: object) => void} send
+ */
+
+/** A server. @implements {Link} */
+export class Socket {
+  /** @param {string} url */
+  constructor(url) {
+    this.url = url;
+  }
+
+  /** @param {Parameters<Link["open"]>[0]} hears */
+  open({ onopen, onpart, onclose }) {
+    this.socket = new WebSocket(this.url);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = onopen;
+    this.socket.onmessage = (event) => onpart(decoded(event.data)[0]);
+    this.socket.onclose = onclose;
+  }
+
+  /** @param {object} message */
+  send(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+}
+
+/** A thread of this page, which knows maps and motions. @implements {Link} */
+export class Thread {
+  /** @param {Parameters<Link["open"]>[0]} hears */
+  open({ onopen, onpart }) {
+    this.worker = new Worker(new URL("live.js", import.meta.url), { type: "module" });
+    this.worker.onmessage = ({ data }) => onpart(data);
+    onopen();
+  }
+
+  /** @param {object} message */
+  send(message) {
+    this.worker?.postMessage(message);
+  }
+}
+
 export class Connection {
   /**
-   * @param {string} url
+   * @param {Link} link
    * @param {(open: boolean, steps?: {done: number, of: number}) => void} onchange  connected or not; how far kernels are compiled
    */
-  constructor(url, onchange) {
-    this.url = url;
+  constructor(link, onchange) {
+    this.link = link;
     this.onchange = onchange;
     /** @type {Map<string, Asked>} */ this.running = new Map();
     /** @type {Map<string, Asked>} */ this.waiting = new Map();
@@ -69,19 +112,19 @@ export class Connection {
   }
 
   #open() {
-    this.socket = new WebSocket(this.url);
-    this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => {
-      this.open = true;
-      for (const asked of [...this.running.values()]) this.#send(asked);
-    };
-    this.socket.onmessage = (event) => this.#receive(decoded(event.data)[0]);
-    this.socket.onclose = () => {
-      this.open = false;
-      this.onchange(false);
-      const pause = RETRY_MS[Math.min(this.failures++, RETRY_MS.length - 1)];
-      setTimeout(() => this.#open(), pause);
-    };
+    this.link.open({
+      onopen: () => {
+        this.open = true;
+        for (const asked of [...this.running.values()]) this.#send(asked);
+      },
+      onpart: (part) => this.#receive(part),
+      onclose: () => {
+        this.open = false;
+        this.onchange(false);
+        const pause = RETRY_MS[Math.min(this.failures++, RETRY_MS.length - 1)];
+        setTimeout(() => this.#open(), pause);
+      },
+    });
   }
 
   /** @param {Asked} asked */
@@ -94,7 +137,7 @@ export class Connection {
 
   /** @param {object} message */
   #write(message) {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.open) this.link.send(message);
   }
 
   /** @param {Part} part */
@@ -141,12 +184,3 @@ export function decoded(buffer) {
 }
 
 const aligned = (/** @type {number} */ at) => Math.ceil(at / 8) * 8;
-
-/** In the place of a connection, where there is no server. */
-export class NoConnection {
-  running = new Map();
-  open = false;
-  ask() {}
-  cancel() {}
-  forget() {}
-}

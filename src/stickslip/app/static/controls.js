@@ -51,9 +51,6 @@ export class Controls {
       this.#motion(),
       this.error,
     );
-    if (app.alone)
-      for (const group of host.querySelectorAll("fieldset.changes"))
-        group.setAttribute("disabled", "");
     app.store.subscribe((state) => this.sync(state));
     app.showError = (field, message) => {
       this.told = { field, message };

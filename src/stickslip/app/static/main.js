@@ -97,7 +97,7 @@ async function start() {
   );
   if (app.alone)
     status.textContent =
-      'Computed before, to be looked at. To change values: pip install "stickslip[app]"';
+      'Maps and motions of two blocks are computed here, the rest was before. For all: pip install "stickslip[app]"';
   let toastTimer = 0;
   app.announce = (message) => {
     toast.textContent = message;

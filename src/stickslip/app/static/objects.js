@@ -35,7 +35,7 @@ export const isThrough = ({ kind }) => kind === "infinitely unstable";
  * Orbits of the present map; until they are known those of the one before (`old`). A search
  * completes what follows from the map before.
  * @param {App} app
- * @returns {{orbits: Orbit[], old: boolean, searched: boolean}}
+ * @returns {{orbits: Orbit[], old: boolean, searched: boolean, complete: boolean}}
  */
 export function orbitsOf(app) {
   const answer = app.answers.get("map");
@@ -46,7 +46,8 @@ export function orbitsOf(app) {
   // Those that follow from the last map lack what only a search finds.
   const followed = now?.data.part_name === "followed";
   if (followed) orbits.push(...(before?.data.orbits ?? []).filter(isThrough));
-  return { orbits, old: !now, searched: Boolean(now) && !followed };
+  const complete = now?.data.complete ?? true;
+  return { orbits, old: !now, searched: Boolean(now) && !followed, complete };
 }
 
 /** @param {App} app @param {Orbit} orbit @returns {Thing} */

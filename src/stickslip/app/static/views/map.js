@@ -87,13 +87,14 @@ export class MapView extends View {
     const known = proper.length
       ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}.`
       : "";
-    if (!this.main) return `On the diagonal motions repeat after ${power} sticks: ${known}`;
+    const more = this.orbits.complete ? "" : " Others may lie between the samples.";
+    if (!this.main) return `On the diagonal motions repeat after ${power} sticks: ${known}${more}`;
     const jumps = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const [near] = jumps.sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
     const breaks = near?.why
       ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of d = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(/, X|:/)[0]}.`
       : "";
-    return `Each stick of both blocks, at d, leads to the next, at f(d): ${known}${breaks}`;
+    return `Each stick of both blocks, at d, leads to the next, at f(d): ${known}${more}${breaks}`;
   }
 
   paint() {

@@ -1,0 +1,251 @@
+/**
+ * In the place of a server: a thread that answers what the package's kernels can answer alone.
+ *
+ * @import {Model, Numbers, Orbit, Part} from "./types.js"
+ * @import {Law, Samples} from "./engine.js"
+ */
+import { Engine, force } from "./engine.js";
+
+const AGAIN = 1e-9; // of the domain: an orbit is back
+const NEWTON = 12;
+
+/** @typedef {{data: Record<string, any>, arrays?: Record<string, Numbers>}} Found */
+
+/** @type {Promise<Record<string, Law>>} */
+const laws = fetch(new URL("live/laws.json", import.meta.url)).then((reply) => reply.json());
+/** @type {Map<string, Promise<Engine>>} */
+const engines = new Map();
+
+/** The engine of a model, if there is one. @param {Model} model @returns {Promise<Engine | null>} */
+async function engineOf(model) {
+  const name = model.friction?.law;
+  const law = (await laws)[name];
+  if (model.kind !== "two_block" || model.damping || model.forcing || !law) return null;
+  if (law.fixed.some((key) => (model.friction[key] ?? law.defaults[key]) !== law.defaults[key]))
+    return null;
+  if (!engines.has(name)) engines.set(name, load(name, law));
+  const engine = /** @type {Engine} */ (await engines.get(name));
+  engine.take(model);
+  return engine;
+}
+
+/** @param {string} name @param {Law} law */
+async function load(name, law) {
+  const reply = await fetch(new URL(`live/${name}.wasm`, import.meta.url));
+  return new Engine(law, await WebAssembly.compile(await reply.arrayBuffer()));
+}
+
+/** What is wrong with a model's values. @param {Model} model @param {Law} law */
+function fault(model, law) {
+  const { alpha, beta, V, friction } = model;
+  for (const [field, value, ok, allowed] of /** @type {[string, number, boolean, string][]} */ ([
+    ["alpha", alpha, alpha >= 0, "at least 0"],
+    ["beta", beta, beta > 0, "above 0"],
+    ["V", V, V > 0, "above 0"],
+  ]))
+    if (!(ok && Number.isFinite(value)))
+      return { field: `model.${field}`, message: `${field} = ${value} is not ${allowed}` };
+  const start = force(law, friction, 0);
+  if (!(start > 0 && start <= 1))
+    return { field: "model.friction", message: `F(0) = ${start} is not in (0, 1]` };
+  return undefined;
+}
+
+/** @param {Model} model @returns {[number, number]} */
+const domainOf = ({ alpha, beta }) => [-(1 + beta) / (1 + 2 * alpha), (1 + beta) / (1 + 2 * alpha)];
+
+const evenly = (/** @type {number[]} */ [low, high], /** @type {number} */ n) =>
+  Float64Array.from({ length: n }, (_, k) => low + ((high - low) * k) / (n - 1));
+
+/** @type {Record<string, (engine: Engine, request: any) => Iterable<Found & {name: string}>>} */
+const VIEWS = {
+  *event_map(engine, { model, window, points, power, max_period }) {
+    const domain = domainOf(model);
+    const x = evenly(window ?? domain, points);
+    const runs = iterated(engine, x, Math.max(power, max_period));
+    const { value, label } = runs[power - 1];
+    const { branch, first } = branches(value, label);
+    const itineraries = power === 1 ? first.map((k) => engine.itinerary(x[k])) : undefined;
+    const labels = first.map((k) => label[k].toString(16));
+    yield {
+      name: "samples",
+      data: { domain, labels, itineraries, breakpoints: [] },
+      arrays: { x, f: value, branch },
+    };
+    if (max_period) {
+      const found = orbits(engine, x, runs, max_period);
+      yield { name: "orbits", data: { orbits: found, complete: false } };
+    }
+  },
+
+  *cobweb(engine, { model, d, n }) {
+    const orbit = new Float64Array(n + 1).fill(NaN);
+    orbit[0] = d;
+    for (let k = 0; k < n && Number.isFinite(orbit[k]); k++)
+      orbit[k + 1] = engine.map([orbit[k]]).value[0];
+    const near = AGAIN * 2 * domainOf(model)[1];
+    const back = orbit.slice(0, -1).reverse();
+    const period = 1 + back.findIndex((point) => Math.abs(point - orbit[n]) <= near);
+    const kind = Number.isNaN(orbit[n]) ? "left" : period ? "periodic" : "unsettled";
+    yield { name: "orbit", data: { end: { kind, period, status: "" } }, arrays: { orbit } };
+  },
+
+  *motion(engine, { model, d, t_end, samples }) {
+    const { alpha, beta, V, friction } = model;
+    const { rows, modes, status } = engine.motion(d, t_end, samples);
+    const n = modes.length / 2;
+    const [t, x, v, forces, interval] = [1, 2, 2, 2, 4].map((m) => new Float64Array(m * n));
+    const limits = [1, beta];
+    for (let k = 0; k < n; k++) {
+      const [time, ...state] = rows.subarray(5 * k, 5 * k + 5);
+      const e = state.slice(2);
+      t[k] = time;
+      const gap = (e[1] - e[0]) / (1 + 2 * alpha);
+      for (const i of [0, 1]) {
+        const [at, mode] = [2 * k + i, modes[2 * k + i]];
+        x[at] = (e[0] + e[1] + (i ? gap : -gap)) / 2;
+        v[at] = state[i] + V;
+        forces[at] =
+          mode === 0 ? e[i] : -mode * limits[i] * force(engine.law, friction, Math.abs(state[i]));
+        interval[2 * at] = x[at] + (-limits[i] - e[i]) / (1 + alpha);
+        interval[2 * at + 1] = x[at] + (limits[i] - e[i]) / (1 + alpha);
+      }
+    }
+    const mode = Uint8Array.from(modes, (value) => (value < 0 ? 2 : value));
+    yield {
+      name: "motion",
+      data: { V, limits, status, message: "", t_end: t[n - 1], events: [] },
+      arrays: { t, x, v, mode, force: forces, interval },
+    };
+  },
+
+  *law({ law }, { model, range, points = 101 }) {
+    const s = evenly([0, range], points);
+    const forces = Float64Array.from(s, (value) => force(law, model.friction, value));
+    const both = Float64Array.from({ length: 2 * points }, (_, k) => forces[k >> 1]);
+    yield { name: "law", data: { names: [] }, arrays: { s, force: both, forward: both } };
+  },
+
+  *locus(_, { model }) {
+    const { alpha, beta } = model;
+    const at = (/** @type {number} */ e1, /** @type {number} */ e2) => {
+      const gap = (e2 - e1) / (1 + 2 * alpha);
+      return [(e1 + e2 - gap) / 2, (e1 + e2 + gap) / 2];
+    };
+    const [a, b, c, d] = [at(1, -beta), at(1, beta), at(-1, beta), at(-1, -beta)];
+    const edges = [
+      { name: "block 1 slips", from: a, to: b },
+      { name: "block 2 slips", from: b, to: c },
+    ];
+    const data = { corners: [a, b, c, d], domain: domainOf(model), edges, AC: [a, c] };
+    yield { name: "locus", data };
+  },
+};
+
+/** The map's powers, up to one. @param {Engine} engine @param {Float64Array} x @param {number} most */
+function iterated(engine, x, most) {
+  /** @type {Samples[]} */ const runs = [];
+  for (let k = 0; k < most; k++) {
+    const before = runs.at(-1);
+    const now = engine.map(before?.value ?? x);
+    if (before)
+      for (let i = 0; i < x.length; i++) {
+        now.slope[i] *= before.slope[i];
+        now.label[i] = BigInt.asUintN(64, before.label[i] * 0x100000001b3n) ^ now.label[i];
+      }
+    runs.push(now);
+  }
+  return runs;
+}
+
+/** Runs of equal labels, counted from the left; -1 where there is no value. */
+function branches(/** @type {Float64Array} */ value, /** @type {BigUint64Array} */ label) {
+  const branch = new Int32Array(value.length);
+  /** @type {number[]} */ const first = [];
+  value.forEach((y, k) => {
+    const [ok, before] = [!Number.isNaN(y), k > 0 && branch[k - 1] >= 0];
+    if (ok && !(before && label[k] === label[k - 1])) first.push(k);
+    branch[k] = ok ? first.length - 1 : -1;
+  });
+  return { branch, first };
+}
+
+/**
+ * Orbits seen on samples: where a power crosses the diagonal inside a branch.
+ * @param {Engine} engine @param {Float64Array} x @param {Samples[]} runs @param {number} most
+ */
+function orbits(engine, x, runs, most) {
+  /** @type {Orbit[]} */ const found = [];
+  const width = x[x.length - 1] - x[0];
+  const known = (/** @type {number} */ at) =>
+    found.some(({ points }) => points.some((point) => Math.abs(point - at) < 1e-7 * width));
+  runs.slice(0, most).forEach(({ value, label }, k) => {
+    for (let i = 1; i < x.length; i++) {
+      const [left, right] = [value[i - 1] - x[i - 1], value[i] - x[i]];
+      if (label[i] !== label[i - 1] || !(left * right <= 0)) continue;
+      const at = solved(engine, x[i - 1], x[i], k + 1);
+      if (Number.isNaN(at) || known(at)) continue;
+      found.push(orbitOf(engine, at, k + 1));
+    }
+  });
+  return found;
+}
+
+/** Newton's method for f^p(d) = d between two points, halving where it leaves them. */
+function solved(
+  /** @type {Engine} */ engine,
+  /** @type {number} */ low,
+  /** @type {number} */ high,
+  /** @type {number} */ power,
+) {
+  const off = (/** @type {number} */ at) => {
+    const { value, slope } = /** @type {Samples} */ (
+      iterated(engine, Float64Array.of(at), power).at(-1)
+    );
+    return [value[0] - at, slope[0] - 1];
+  };
+  let d = 0.5 * (low + high);
+  const rising = off(high)[0] > 0;
+  for (let k = 0; k < 5 * NEWTON; k++) {
+    const [value, slope] = off(d);
+    if (value > 0 === rising) high = d;
+    else low = d;
+    const next = d - value / slope;
+    const to = next > low && next < high ? next : 0.5 * (low + high);
+    if (Math.abs(to - d) <= 4e-16 * Math.max(1, Math.abs(d))) break;
+    d = to;
+  }
+  return Math.abs(off(d)[0]) < 1e-9 ? d : NaN;
+}
+
+/** @param {Engine} engine @param {number} d @param {number} period @returns {Orbit} */
+function orbitOf(engine, d, period) {
+  const runs = iterated(engine, Float64Array.of(d), period);
+  const points = [d, ...runs.slice(0, -1).map(({ value }) => value[0])];
+  const multiplier = runs[period - 1].slope[0];
+  const stable = Math.abs(multiplier) < 1;
+  const kind = stable ? "stable" : "unstable";
+  const itinerary = points.map((point) => engine.itinerary(point));
+  return { period, points, multiplier, stable, kind, itinerary };
+}
+
+/** @param {any} message */
+async function answer({ id, view, request, cancel }) {
+  if (cancel) return; // an answer that nobody waits for any more is not listened to
+  const part = (/** @type {object} */ more) =>
+    self.postMessage({ id, view, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
+  const engine = await engineOf(request.model);
+  if (!engine || !VIEWS[view]) return part({ cancelled: true });
+  const error = fault(request.model, engine.law);
+  if (error) return part({ error });
+  const found = [...VIEWS[view](engine, request)];
+  found.forEach(({ name, data, arrays = {} }, k) =>
+    part({ part: k, last: k === found.length - 1, data: { part_name: name, ...data }, arrays }),
+  );
+}
+
+/** One after the other. @type {Promise<void>} */
+let busy = Promise.resolve();
+self.onmessage = ({ data }) => {
+  busy = busy.then(() => answer(data));
+};
