@@ -31,7 +31,7 @@ def test_many_keys_make_few_questions_and_the_last_wins(explorer):
     explorer.page.evaluate(
         """() => {
             window.sent = [];
-            const { socket } = explorer.connection;
+            const { socket } = explorer.connection.link;
             const send = socket.send.bind(socket);
             socket.send = (text) => { sent.push(JSON.parse(text)); send(text); };
         }"""
@@ -41,7 +41,9 @@ def test_many_keys_make_few_questions_and_the_last_wins(explorer):
     for _ in range(40):
         slider.press("ArrowRight")
     explorer.settle()
-    sent = explorer.page.evaluate("() => { delete explorer.connection.socket.send; return sent; }")
+    sent = explorer.page.evaluate(
+        "() => { delete explorer.connection.link.socket.send; return sent; }"
+    )
     asked = [one for one in sent if one.get("slot") == "map"]
     assert explorer.state["model"]["friction"]["mu"] == pytest.approx(0.26)
     assert asked[-1]["request"]["model"]["friction"]["mu"] == pytest.approx(0.26)
@@ -294,7 +296,7 @@ def test_a_plot_is_moved_by_the_keyboard(explorer):
 
 
 def test_a_lost_connection_is_told_and_taken_up_again(explorer):
-    explorer.page.evaluate("() => explorer.connection.socket.close()")
+    explorer.page.evaluate("() => explorer.connection.link.socket.close()")
     status = explorer.page.locator(".connection")
     explorer.page.wait_for_function("() => document.querySelector('.connection').textContent")
     assert "No connection" in status.text_content()

@@ -247,5 +247,7 @@ async function answer({ id, view, request, cancel }) {
 /** One after the other. @type {Promise<void>} */
 let busy = Promise.resolve();
 self.onmessage = ({ data }) => {
-  busy = busy.then(() => answer(data));
+  busy = busy
+    .then(() => answer(data))
+    .catch(({ message }) => self.postMessage({ id: data.id, data: {}, arrays: {}, error: { message } }));
 };
