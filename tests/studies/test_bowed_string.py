@@ -23,10 +23,11 @@ from stickslip.studies.bowed_string.string import (
     bowed,
     cents,
     cycle,
+    heard,
     helmholtz,
     largest,
     smallest,
-    sound,
+    sounds,
     stepped,
     write_sounds,
 )
@@ -56,9 +57,10 @@ def test_the_start_sticks_to_the_bow() -> None:
 
 @pytest.mark.parametrize("place", [0.11, 0.2])
 def test_helmholtz_motion_lives_below_the_maximum_only(place: float) -> None:
-    assert sound(place, 0.6 * largest(place)).kind == KINDS[0]
-    assert sound(place, 1.3 * largest(place)).kind != KINDS[0]
-    assert sound(place, 0.5 * smallest(place)).kind != KINDS[0]
+    forces = [0.5 * smallest(place), 0.6 * largest(place), 1.3 * largest(place)]
+    found = sounds(place, forces)
+    assert [each.kind == KINDS[0] for each in found] == [False, True, False]
+    assert (found[2].slips, found[2].share) == heard(bowed(place, forces[2]), np.nan)
 
 
 def test_kinds_of_motion() -> None:

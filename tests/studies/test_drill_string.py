@@ -6,18 +6,24 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip import studies
+from stickslip import follow, periodic_orbits, return_map, studies
 from stickslip.studies.drill_string.string import (
     BELOW,
     DRIVE,
+    ELEMENTS,
     INVERSE,
     LAW,
     MODEL,
     STATIC,
     computed_hopf,
+    computed_long_hopf,
     cycles,
     drive_at,
     hopf,
+    long_cycles,
+    long_end,
+    long_hopf,
+    long_string,
     rotation,
     smooth_motions,
     stick_end,
@@ -68,7 +74,51 @@ def test_smooth_friction_ends_stick_slip_too_early() -> None:
     assert runs[3].swing == pytest.approx(exact, rel=0.02)
 
 
+def test_one_element_without_damping_is_the_two_discs() -> None:
+    one = long_string(30.0, 1)
+    np.testing.assert_allclose(one.B, MODEL.B, rtol=1e-14)
+    damping = one.A - MODEL.A
+    assert np.abs(damping[:, 0]).max() < 1e-14  # a third of the string is in the lower disc
+    assert one.A[1:, 0] == pytest.approx([-0.2, 2.0], rel=1e-14)
+
+
+@pytest.mark.parametrize("n", [1, ELEMENTS])
+def test_a_continued_fraction_tells_where_eigenvalues_cross(n: int) -> None:
+    assert computed_long_hopf(n) == pytest.approx(long_hopf(n), rel=1e-12)
+
+
+def test_stick_slip_of_many_elements_comes_back_by_another_integrator() -> None:
+    cycle = long_cycles()[-1]
+    model = cycle.model
+    first, second = cycle.events
+    sticks_first = first.kind.startswith("slip")
+    phases = ((first.time, sticks_first), (second.time, not sticks_first))
+
+    def slipping(_: float, z: np.ndarray) -> np.ndarray:
+        return model.A @ z + model.a - model.B[:, 0] * STATIC * LAW.force(abs(float(z[-1])))
+
+    def sticking(_: float, z: np.ndarray) -> np.ndarray:
+        rate = model.A @ z + model.a
+        rate[-1] = 0.0
+        return rate
+
+    z, since = np.array(cycle.x), 0.0
+    for end, sticks in (*phases, (cycle.period, sticks_first)):
+        if end > since:
+            rule = sticking if sticks else slipping
+            run = solve_ivp(rule, (since, end), z, "DOP853", rtol=1e-11, atol=1e-12)
+            z, since = run.y[:, -1], end
+    np.testing.assert_allclose(z, cycle.x, rtol=0, atol=1e-7)
+
+
+def test_stick_slip_of_two_discs_ends_where_the_edge_of_their_map_is() -> None:
+    f = return_map(long_string(30.0, 1), direction="forward", domain=(0.0, 20.0))
+    (orbit,) = periodic_orbits(f, max_period=1)
+    (edge,) = (end for end in follow(orbit, DRIVE, (29.0, 35.0)).ends if end.reason == "gap")
+    assert 0.0 <= edge.value / long_end(1) - 1.0 < 1e-3
+
+
 @pytest.mark.slow
 def test_its_claims_hold() -> None:
     report = studies.check(source="drill_string")
-    assert [claim.verdict for claim in report.claims] == ["holds"] * 4
+    assert [claim.verdict for claim in report.claims] == ["holds"] * 5

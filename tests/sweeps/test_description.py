@@ -9,6 +9,7 @@ from tests.sweeps import small
 import stickslip as ss
 from stickslip.sweeps.job import as_axes, default_chunks, tiles
 from stickslip.sweeps.system import spread_starts
+from stickslip.sweeps.systems import as_system
 
 pytest.importorskip("zarr")
 
@@ -150,6 +151,15 @@ def test_a_map_that_depends_on_more_than_its_text_is_refused(tmp_path):
     f = ss.PiecewiseMap(lambda x, r: r * x * factor[0] / 4, (0, 1), parameters={"r": 3.0})
     with pytest.raises(ValueError, match="depends on factor"):
         ss.sweep(f, {"r": (3, 4, 3)}, ["attractor"], store=tmp_path / "x")
+
+
+def test_models_that_rub_at_other_places_are_other_sweeps():
+    def described(at):
+        contact = ss.Contact(at=at, friction=ss.Coulomb(mu=0.4))
+        model = ss.Structure(mass=[1.0, 1.0], stiffness=np.eye(2), contacts=[contact])
+        return as_system(model).identity()
+
+    assert described([1.0, 0.5]) == described([1.0, 0.5]) != described([1.0, 0.6])
 
 
 @given(shape=st.lists(st.integers(1, 300), min_size=1, max_size=4))

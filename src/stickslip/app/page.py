@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from importlib.resources import as_file, files
 from typing import Any, Final
 
 import msgspec
@@ -14,7 +15,7 @@ from stickslip.app.exports import KNOWN, formats
 from stickslip.app.requests import SLIDERS
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.law import Choice
-from stickslip.mechanics.model.file import model_values
+from stickslip.mechanics.model.file import model_values, read_model
 from stickslip.vocabulary import TERMS
 
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4
@@ -34,6 +35,13 @@ CHAIN: Final = {
     "alpha": 1.2,
     "V": 0.1,
     "friction": {"law": "coulomb", "mu": 0.22},
+}
+
+DAMPER: Final = {
+    "kind": "oscillator",
+    "V": 0.0,
+    "friction": {"law": "coulomb", "mu": 1.0},
+    "forcing": {"amplitude": 1.8, "frequency": 0.5, "phase": 0.0},
 }
 
 GREEK: Final = re.compile(r"\\([a-z]+)")
@@ -76,6 +84,12 @@ def _law9(alpha: float, **state: Any) -> dict[str, Any]:
     return {"model": model_values(examples.law9(alpha=alpha)), **common, **state}
 
 
+def _studied(name: str) -> dict[str, Any]:
+    """Model of a study, as its file has it."""
+    with as_file(files("stickslip.studies") / name / "model.toml") as path:
+        return model_values(read_model(path))
+
+
 def presets() -> list[dict[str, Any]]:
     """Return names, titles and states of the page."""
     listed = {
@@ -87,6 +101,8 @@ def presets() -> list[dict[str, Any]]:
         "fig14": ("Law (9), near the crisis", _law9(1.211)),
         "oscillator": ("One block", {"model": OSCILLATOR}),
         "chain": ("A chain of three", {"model": CHAIN}),
+        "canards": ("Canards in stiction", {"model": _studied("canards"), "x": [-0.3]}),
+        "damper": ("A friction damper", {"model": DAMPER, "x": [0.5]}),
     }
     return [{"name": name, "title": t, "state": state} for name, (t, state) in listed.items()]
 

@@ -69,8 +69,10 @@ SLIDERS: Final = {
 
 
 def refuse_far(values: Mapping[str, float]) -> None:
-    """Refuse numbers that would keep the server busy for long."""
+    """Refuse numbers that would keep the server busy for long; none of them is 0."""
     for name, value in values.items():
+        if value == 0.0:
+            continue
         if slider := SLIDERS.get(BLOCK.sub("", name).rpartition(".")[2]):
             low, high = slider["min"], slider["max"]
             if name.startswith("damping_"):  # of a matrix, whose other entries are below 0

@@ -40,7 +40,7 @@ def questions(state: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]
     yield "law", "law", {"range": max(0.5, 4 * model["V"]), "points": 101}
     if model["kind"] != "two_block":
         rest = [0.0] * len(model.get("static", [0.0]))
-        start: dict[str, Any] = {"x": [0.1, *rest[1:]], "v": rest}
+        start: dict[str, Any] = {"x": [*state.get("x", [0.1]), *rest[1:]], "v": rest}
         yield "cycle", "cycle", start
     else:
         start, window, along = {"d": state["d"]}, state.get("window"), state["diagram"]

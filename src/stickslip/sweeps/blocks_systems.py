@@ -29,7 +29,7 @@ class FamilySystem(System):
     def identity(self) -> dict[str, Any]:
         """Describe the model in values that JSON can hold."""
         plant = self.model.plant
-        arrays = (plant.mass, plant.stiffness, plant.damping, plant.static)
+        arrays = (plant.mass, plant.stiffness, plant.damping, plant.into, plant.out, plant.static)
         return {
             "model": type(self.model).__name__,
             "parameters": self.model.parameters,

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, cast
 
 import numpy as np
@@ -14,8 +15,12 @@ from scipy.io import wavfile
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.mechanics.model.file import read_model
+from stickslip.sweeps.observables import Function
+from stickslip.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.model.structure import Structure
     from stickslip.numerics.arrays import Floats
@@ -90,14 +95,14 @@ def motion(place: float, force: float, periods: int, *, events: bool = False) ->
     return simulate(bowed(place, force), q, v, t_end=PERIOD * periods, record=record)  # type: ignore[arg-type]
 
 
-@cache
-def sound(place: float, force: float) -> Sound:
-    """Count slips that end within the last periods."""
-    found = motion(place, force, PERIODS, events=True).slips
+def heard(model: Structure, _: float) -> tuple[float, float]:
+    """Count slips a period that end within the last periods, and the share of time they take."""
+    (contact,) = model.contacts
+    place = math.asin(float(np.ravel(contact.at)[0])) / math.pi
+    found = motion(place, contact.static, PERIODS, events=True).slips
     since = PERIOD * (PERIODS - JUDGED)
     last = [slip for slip in found if slip.start + slip.duration > since]
-    share = sum(slip.duration for slip in last) / (PERIOD * JUDGED)
-    return Sound(place, force, len(last) / JUDGED, share)
+    return len(last) / JUDGED, sum(slip.duration for slip in last) / (PERIOD * JUDGED)
 
 
 PLACES: Final = tuple(np.geomspace(0.05, 0.26, 10).tolist())
@@ -105,10 +110,24 @@ FORCES: Final = tuple(np.geomspace(0.02, 1.9, 14).tolist())
 """As shares of Schelleng's maximum."""
 
 
+def sounds(place: float, forces: Sequence[float]) -> tuple[Sound, ...]:
+    """Sweep the force of the bow at a place."""
+    with TemporaryDirectory() as folder:
+        found = sweep(
+            bowed(place, 1.0),
+            {"static_1": forces},
+            [Function(function=heard, shape=(2,))],
+            store=folder + "/sounds",
+        )
+        rows = found.heard.values.tolist()
+    return tuple(Sound(place, force, *row) for force, row in zip(forces, rows, strict=True))
+
+
 @cache
 def plane() -> tuple[Sound, ...]:
-    """Try places and forces of the bow."""
-    return tuple(sound(place, share * largest(place)) for place in PLACES for share in FORCES)
+    """Sweep places and forces of the bow."""
+    rows = (sounds(place, [share * largest(place) for share in FORCES]) for place in PLACES)
+    return tuple(sound for row in rows for sound in row)
 
 
 # --- pitch ----------------------------------------------------------------------------------

@@ -12,13 +12,20 @@ from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figu
 from stickslip.studies.drill_string.string import (
     BELOW,
     DRIVE,
+    DRIVES,
+    ELEMENTS,
+    FINEST,
     LONG,
     MODEL,
     computed_hopf,
+    computed_long_hopf,
     cycles,
     drive_at,
     drive_of,
     hopf,
+    long_cycles,
+    long_end,
+    long_hopf,
     lower_speed,
     rotation,
     smooth_motions,
@@ -36,7 +43,7 @@ BETWEEN: Final = 30.0  # a drive at which rotation and stick-slip both attract
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
     """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _branches, 2: _both, 3: _smooth}, figures)
+    return claims_by_figure({1: _branches, 2: _both, 3: _smooth, 4: _long}, figures)
 
 
 def _branches() -> Iterator[Claim]:
@@ -148,5 +155,48 @@ def _smooth() -> Iterator[Claim]:
             "one five times narrower sticks and slips",
             f"its range of speed differs by {abs(runs[-1].swing / exact - 1.0):.1%}",
             abs(runs[-1].swing / exact - 1.0) < 0.02,
+        ),
+    )
+
+
+def _long() -> Iterator[Claim]:
+    sizes = (ELEMENTS, 1)
+    many, two = ((*long_hopf(n), long_end(n)) for n in sizes)
+    errors = np.divide([computed_long_hopf(n) for n in sizes], [many[:2], two[:2]]) - 1.0
+    cycles, reduced = long_cycles(), long_cycles(1)
+    slow = [abs(each[-1].largest_multiplier) for each in (cycles, reduced)]
+    yield claim(
+        "drill_string.long",
+        4,
+        HERE,
+        f"A string of {ELEMENTS} elements does the same, and two discs tell it roughly",
+        Finding(
+            "rotation changes its stability where a continued fraction of impedances says",
+            f"drives and frequencies, of {ELEMENTS} elements and of one, differ from those of "
+            f"eigenvalues by {np.abs(errors).max():.0e} of themselves at most",
+            np.abs(errors).max() <= CLOSE,
+        ),
+        Finding(
+            "stick-slip attracts up to a drive far above that one",
+            f"{len(cycles)} cycles of two events from {DRIVES[0]:g} to {DRIVES[-1]:g}, all stable; "
+            f"motions stick up to {many[2]:.2f}, {many[2] / many[0]:.3f} times that of the Hopf "
+            "point",
+            all(each.stable and len(each.events) == 2 for each in cycles)
+            and many[2] > 1.4 * many[0],
+        ),
+        Finding(
+            "two discs, of which the lower one takes a third of the string, put both too high",
+            f"rotation becomes stable at {two[0] / many[0] - 1.0:+.1%}, stick-slip ends at "
+            f"{two[2] / many[2] - 1.0:+.1%}",
+            0.0 < two[0] / many[0] - 1.0 < 0.1 and 0.0 < two[2] / many[2] - 1.0 < 0.1,
+        ),
+        Finding(
+            "and do not see that waves on the string make disturbances of stick-slip last",
+            f"largest multipliers at {DRIVES[-1]:g}: {slow[0]:.2f}, two discs {slow[1]:.0e}",
+            slow[0] > 100.0 * slow[1],
+        ),
+        values=(
+            Value(f"drive at the Hopf point, {ELEMENTS} elements", many[0], 1e-12, 4, "fraction"),
+            Value(f"drive where stick-slip ends, {ELEMENTS}", many[2], 10 * FINEST, 4, "motions"),
         ),
     )

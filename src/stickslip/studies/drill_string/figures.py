@@ -12,11 +12,16 @@ from stickslip.studies.drill_string.claims import BETWEEN
 from stickslip.studies.drill_string.string import (
     BELOW,
     DRIVE,
+    DRIVES,
+    ELEMENTS,
     LONG,
     RANGE,
     Smooth,
     drive_at,
     hopf,
+    long_cycles,
+    long_end,
+    long_hopf,
     lower_speed,
     period_of,
     rotation,
@@ -168,8 +173,64 @@ def describe_smooth(data: tuple[float, tuple[Smooth, ...]]) -> str:
     )
 
 
+# Figure 4: many elements.
+@dataclass(frozen=True)
+class LongString:
+    """A string of some elements: largest speeds of its cycles, and a period of the last one."""
+
+    elements: int
+    largest: Floats
+    t: Floats
+    speed: Floats
+
+
+def compute_long() -> tuple[LongString, ...]:
+    """Follow cycles of many elements, and of one, for a period."""
+    found = []
+    for n in (ELEMENTS, 1):
+        motions = [each.trajectory for each in long_cycles(n)]
+        speeds = [motion.x(np.linspace(0.0, motion.t[-1], 1001))[:, -1] for motion in motions]
+        speed, t = speeds[-1], np.linspace(0.0, motions[-1].t[-1], 1001)
+        turn = int(np.argmax(speed))
+        largest = np.array([each.max() for each in speeds])
+        found.append(LongString(n, largest, t, np.roll(speed, len(speed) // 2 - turn)))
+    return tuple(found)
+
+
+def draw_long(data: tuple[LongString, ...], figure: Figure) -> None:
+    """Draw largest speeds over the drive, and a period."""
+    over, within = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
+    for string, name, dashes in zip(data, ("blue", "vermillion"), ("-", DASHED), strict=True):
+        told = "two discs" if string.elements == 1 else f"{string.elements} elements"
+        line = {"color": PALETTE[name], "ls": dashes}
+        over.plot(DRIVES, string.largest, marker="o", ms=2.5, **line)
+        over.plot([long_hopf(string.elements)[0]] * 2, [0.0, 2.0], **line)
+        over.plot([long_end(string.elements)] * 2, [0.0, 2.0], **line)
+        within.plot(string.t, string.speed, label=told, **line)
+    over.set_xlim(15.0, 34.0)
+    over.set_xlabel("drive")
+    over.set_ylabel("largest " + SPEED)
+    within.set_xlim(0.0, data[0].t[-1])
+    within.set_xlabel("time")
+    within.set_ylabel(SPEED)
+    within.legend(loc="upper left")
+    for ax, letter in zip((over, within), "ab", strict=True):
+        ax.set_ylim(0.0, 14.0)
+        panel_letter(ax, letter)
+
+
+def describe_long(data: tuple[LongString, ...]) -> str:
+    """Describe the panels."""
+    return (
+        f"A string of {data[0].elements} elements and its reduction to two discs: (a) largest "
+        "speeds in stick-slip; bars: where rotation becomes stable and where stick-slip ends; "
+        f"(b) a period at a drive of {DRIVES[-1]:g}."
+    )
+
+
 FIGURES: Final = {
     1: PaperFigure("one", 3.0, compute_branches, draw_branches, describe_branches),
     2: PaperFigure("one", 2.7, compute_pair, draw_pair, describe_pair),
     3: PaperFigure("two", 2.3, smooth_motions, draw_smooth, describe_smooth),
+    4: PaperFigure("two", 2.5, compute_long, draw_long, describe_long),
 }

@@ -16,14 +16,14 @@ from stickslip.following import follow
 from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria
 from stickslip.mechanics.cycle.return_map import return_map
 from stickslip.mechanics.cycle.search import find_cycle
+from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.mechanics.model.file import read_model
+from stickslip.mechanics.model.structure import StateSpace, Structure
 from stickslip.studies.smoothed import SmoothMotion, smoothed
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
     from stickslip.mechanics.cycle.cycle import Cycle
-    from stickslip.mechanics.flow.trajectory import Trajectory
-    from stickslip.mechanics.model.structure import StateSpace
     from stickslip.numerics.arrays import Floats
 
 MODEL: Final = cast("StateSpace", read_model(Path(__file__).with_name("model.toml")))
@@ -149,3 +149,93 @@ def smooth_motions() -> tuple[float, tuple[Smooth, ...]]:
     start, model = exact.x(0.0), MODEL.replace(**{DRIVE: drive})
     runs = [Smooth(w, smoothed(model, w, np.zeros(0), start, LONG)) for w in WIDTHS]
     return swing, tuple(runs)
+
+
+# --- a string of many elements --------------------------------------------------------------
+
+ELEMENTS: Final = 20
+LINE: Final = 0.03  # inertia of the string; as much of the lower disc's is its own
+FADING: Final = 0.02  # of the string's damping: torque over stiffness and rate of twist
+DRIVES: Final = (16.0, 18.0, 20.0, 22.0, 24.0, 26.0, 28.0, 30.0)
+FINEST: Final = 2e-3
+SETTLED: Final = 150.0
+UPPER: Final = LOWER / (INVERSE * TWIST)
+SPRING: Final = LOWER / INVERSE
+
+
+def inertias(n: int) -> Floats:
+    """Inertias from the motor down; one element: a third of the string joins the lower disc."""
+    if n == 1:
+        return np.array([UPPER, LINE + LINE / 3.0])
+    ends = np.r_[UPPER, np.zeros(n - 1), LINE]
+    return ends + LINE / n * np.r_[0.5, np.ones(n - 1), 0.5]
+
+
+def long_string(drive: float, n: int = ELEMENTS) -> StateSpace:
+    """Twists of n equal springs and the speeds of n + 1 discs, driven as the two discs are."""
+    turn, inverse = np.eye(n, n + 1) - np.eye(n, n + 1, 1), 1.0 / inertias(n)
+    matrix = np.zeros((2 * n + 1, 2 * n + 1))
+    matrix[:n, n:] = turn
+    matrix[n:, :n] = -inverse[:, None] * turn.T * n * SPRING
+    matrix[n:, n:] = FADING * matrix[n:, :n] @ turn
+    matrix[n, n] -= DAMPED * UPPER * inverse[0]
+    into = np.zeros((2 * n + 1, 1))
+    into[-1] = inverse[-1]
+    given = np.zeros(2 * n + 1)
+    given[n] = drive * UPPER * inverse[0]
+    rubs = np.eye(1, 2 * n + 1, 2 * n)
+    return Structure.from_state_space(matrix, into, rubs, a=given, contacts=MODEL.contacts)
+
+
+@cache
+def long_hopf(n: int = ELEMENTS) -> tuple[float, float]:
+    """Drive and frequency where rotation changes its stability, by a continued fraction."""
+
+    def impedance(frequency: float) -> complex:
+        top, *others = inertias(n).tolist()
+        spring = n * SPRING * (1.0 / (1j * frequency) + FADING)
+        found = 1j * frequency * top + DAMPED * UPPER
+        for inertia in others:
+            found = 1j * frequency * inertia + 1.0 / (1.0 / found + 1.0 / spring)
+        return found
+
+    frequency = float(brentq(lambda w: impedance(w).imag, 1.0, 2.0, xtol=1e-15))
+    slope = -impedance(frequency).real / STATIC
+    speed = float(brentq(lambda w: LAW.slope(w) - slope, 1.0, 20.0, xtol=1e-15))
+    return drive_of(speed), frequency
+
+
+@cache
+def computed_long_hopf(n: int = ELEMENTS) -> tuple[float, float]:
+    """Drive and frequency where the first eigenvalues of steady rotation cross the axis."""
+
+    def first(drive: float) -> complex:
+        found = equilibria(long_string(drive, n))
+        values = max(found, key=lambda each: float(each.w[0])).eigenvalues
+        return complex(values[np.argmax(values.real)])
+
+    drive = float(brentq(lambda u: first(u).real, 15.0, 30.0, xtol=1e-14))
+    return drive, abs(first(drive).imag)
+
+
+@cache
+def long_cycles(n: int = ELEMENTS) -> tuple[Cycle, ...]:
+    """Stick-slip at each of the drives: from rest, then each from the one before."""
+    found, x = [], np.zeros(2 * n + 1)
+    for drive in DRIVES:
+        found.append(find_cycle(long_string(drive, n), x, []))
+        x = found[-1].x
+    return tuple(found)
+
+
+@cache
+def long_end(n: int = ELEMENTS) -> float:
+    """Drive up to which stick-slip goes on, walked up from the last cycle in steps that shrink."""
+    drive, x, step = DRIVES[-1], long_cycles(n)[-1].x, 1.0
+    while step > FINEST:
+        run = simulate(long_string(drive + step, n), x, [], t_end=SETTLED)
+        if run.events and run.events[-1].time > 0.9 * SETTLED:
+            drive, x = drive + step, run.final_state.x
+        else:
+            step *= 0.5
+    return drive

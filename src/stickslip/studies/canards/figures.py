@@ -1,0 +1,208 @@
+"""Motions over the force, the answers to a touch, and what smooth friction makes of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.studies.canards.block import (
+    FREQUENCY,
+    GIVEN,
+    MU,
+    Motion,
+    SmoothCanard,
+    canard,
+    from_rest,
+    harmonic_balance,
+    onset,
+    regular,
+    smooth_canard,
+    touching,
+)
+from stickslip.studies.canards.claims import PHASES, WIDTHS
+from stickslip.studies.figures import PaperFigure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from stickslip.numerics.arrays import Floats
+
+DASHED: Final = (0, (4, 2))
+DOTTED: Final = (0, (1, 1.5))
+FORCE: Final = "amplitude of the force"
+AT_REST: Final = "displacement at rest"
+
+
+# Figure 1: all motions over the force.
+@dataclass(frozen=True)
+class Branches:
+    """Forces and displacements: attracting, repelling and waiting motions."""
+
+    attracts: Floats
+    repels: Floats
+    waits: Floats
+
+
+def compute_branches() -> Branches:
+    """Take the closed forms along the time of a slip."""
+    least, end = onset().slip, touching().slip
+    return Branches(
+        _curve([regular(slip) for slip in np.linspace(least, 4.4, 200).tolist()]),
+        _curve([regular(slip) for slip in np.linspace(end, least, 100).tolist()]),
+        _curve([canard(slip) for slip in np.linspace(0.05, end, 100).tolist()]),
+    )
+
+
+def _curve(motions: list[Motion]) -> Floats:
+    return np.array([(motion.force, motion.x) for motion in motions]).T
+
+
+def draw_branches(data: Branches, figure: Figure) -> None:
+    """Draw motions, rest, and harmonic balance."""
+    ax = figure.add_subplot()
+    ax.fill_between([0.0, 1.0], [1.0, 0.0], color=PALETTE["light"], lw=0)
+    ax.text(0.17, 0.35, "rests for ever")
+    _draw_exact(ax, data)
+    force = np.linspace(4.0 * MU / math.pi, 1.2, 200)
+    balance = [harmonic_balance(a) for a in force.tolist()]
+    ax.plot(force, balance, color=PALETTE["green"], ls=DOTTED, label="harmonic balance")
+    ax.set_xlim(0.0, 1.2)
+    ax.set_ylim(0.0, 1.9)
+    ax.set_xlabel(FORCE)
+    ax.set_ylabel(AT_REST)
+    ax.legend(loc="upper left")
+
+
+def _draw_exact(ax: Axes, data: Branches) -> None:
+    ax.plot(*data.attracts, color=PALETTE["blue"], label="attracts")
+    ax.plot(*data.repels, color=PALETTE["blue"], ls=DASHED, label="repels")
+    ax.plot(*data.waits, color=PALETTE["vermillion"], label="canards")
+    ax.plot(touching().force, touching().x, "o", color=PALETTE["black"], ms=4.0, zorder=3)
+
+
+def describe_branches(data: Branches) -> str:
+    """Describe the picture."""
+    return (
+        f"Displacement between slips of the shaken block over the force, mu = {MU:g}, frequency "
+        f"{FREQUENCY:g}; grey: it rests. The branch of motions that repel begins at "
+        f"{onset().force:.6f} and ends at {touching().force:.6f} (dot); canards lead from there to "
+        "rest at force 1."
+    )
+
+
+# Figure 2: what may follow a touch.
+@dataclass(frozen=True)
+class Answers:
+    """Phases of the force, needed force at rest, the engine's motion and some waits."""
+
+    phase: Floats
+    needed: Floats
+    engine: Floats
+    waits: tuple[tuple[float, Floats], ...]
+
+
+WAITS: Final = (0.3, 0.6, 0.9, 1.2)
+
+
+def compute_answers() -> Answers:
+    """Start at rest where the force will touch its limit."""
+    phase = np.linspace(-0.5 * math.pi, 0.7 * math.pi, 1201)
+    run = from_rest(0.0)
+    engine = run.x((phase + 0.5 * math.pi) / FREQUENCY)[:, 0]
+    needed = GIVEN * np.cos(phase) + 1.0 - GIVEN
+    return Answers(phase, needed, engine, tuple((wait, _waiting(wait, phase)) for wait in WAITS))
+
+
+def _waiting(wait: float, phase: Floats) -> Floats:
+    """Displacements of a block that slips at a phase, up to where it comes to rest."""
+    motion = Motion(0.0, GIVEN, 1.0 - GIVEN, wait)
+    time = np.maximum(phase - wait, 0.0) / FREQUENCY
+    x = np.where(time > 0.0, motion.at(time), -motion.x)
+    return np.asarray(np.maximum.accumulate(x))
+
+
+def draw_answers(data: Answers, figure: Figure) -> None:
+    """Draw needed force and displacements."""
+    force, moves = figure.subplots(1, 2)
+    force.plot(data.phase, data.needed, color=PALETTE["black"])
+    for level, label in ((1.0, "limit at rest"), (MU, "friction in motion")):
+        force.axhline(level, color=PALETTE["grey"], ls=DASHED)
+        force.text(-0.7, level + 0.03, label, color=PALETTE["grey"])
+    force.plot(0.0, 1.0, "o", color=PALETTE["blue"])
+    for wait in WAITS:
+        force.plot(wait, GIVEN * math.cos(wait) + 1.0 - GIVEN, "o", color=PALETTE["vermillion"])
+    force.set_ylim(-0.3, 1.2)
+    force.set_ylabel("force needed for rest")
+    for _, x in data.waits:
+        moves.plot(data.phase, x, color=PALETTE["vermillion"])
+    moves.axhline(GIVEN - 1.0, color=PALETTE["black"], ls=DASHED)
+    moves.plot(data.phase, data.engine, color=PALETTE["blue"])
+    moves.set_ylabel("displacement")
+    for ax, letter in zip((force, moves), "ab", strict=True):
+        ax.set_xlim(-0.5 * math.pi, 0.7 * math.pi)
+        ax.set_xlabel("phase of the force")
+        panel_letter(ax, letter)
+
+
+def describe_answers(data: Answers) -> str:
+    """Describe the panels."""
+    return (
+        f"From rest at {GIVEN - 1.0:g} with force {GIVEN:g}: (a) the needed force touches the "
+        "limit; (b) the exact motion as it is followed (blue), rest (dashed), and slips after "
+        f"waits of {', '.join(map(str, WAITS))} (red), which obey the law of friction except that "
+        "they begin below the limit."
+    )
+
+
+# Figure 3: smooth friction.
+SHOWN: Final = (-0.15, -0.1, -0.05, 0.05, *PHASES)
+
+
+@dataclass(frozen=True)
+class SmoothBranches:
+    """Exact motions, and for each width what smooth friction has instead."""
+
+    exact: Branches
+    smooth: tuple[tuple[SmoothCanard, ...], ...]
+
+
+def compute_smooth() -> SmoothBranches:
+    """Solve for motions that begin to slip at some phases."""
+    found = (tuple(smooth_canard(phase, width) for phase in SHOWN) for width in WIDTHS)
+    return SmoothBranches(compute_branches(), tuple(found))
+
+
+def draw_smooth(data: SmoothBranches, figure: Figure) -> None:
+    """Draw exact branches, and points of the smooth ones."""
+    ax = figure.add_subplot()
+    _draw_exact(ax, data.exact)
+    marks = zip(data.smooth, ("v", "s", "+"), ("grey", "green", "black"), strict=True)
+    for row, mark, name in marks:
+        at = np.array([(each.force, each.x) for each in row]).T
+        ax.plot(*at, mark, color=PALETTE[name], ms=3.5, label=f"smooth, width {row[0].width:g}")
+    ax.set_xlim(0.4, 1.02)
+    ax.set_ylim(0.0, 0.75)
+    ax.set_xlabel(FORCE)
+    ax.set_ylabel(AT_REST)
+    ax.legend(loc="upper right")
+
+
+def describe_smooth(data: SmoothBranches) -> str:
+    """Describe the picture."""
+    return (
+        "With smooth friction one family of motions (points) leads from the branch that repels, "
+        "past its end (dot), along the canards to rest. "
+        f"Widths of the smooth law: {', '.join(map(str, WIDTHS))}."
+    )
+
+
+FIGURES: Final = {
+    1: PaperFigure("one", 3.0, compute_branches, draw_branches, describe_branches),
+    2: PaperFigure("two", 2.6, compute_answers, draw_answers, describe_answers),
+    3: PaperFigure("one", 3.0, compute_smooth, draw_smooth, describe_smooth),
+}
