@@ -204,6 +204,7 @@ def _evaluated(
         attractors=_as_table(rows, iterates, sampled),
         breakpoints=breaks,
         unresolved=tuple(map(str, survey.unresolved)) + _missing(values, orbits),
+        coverage=getattr(survey, "coverage", None),
     )
 
 
