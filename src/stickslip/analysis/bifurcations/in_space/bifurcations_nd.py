@@ -121,10 +121,18 @@ class OrbitSurvey:
 
     def _list(self, q: float, *, late: bool) -> None:
         found = search_orbits(self.at(q), self.max_period, None, self.n_starts)
-        known = sum(orbit.period <= self.max_period for orbit in self.on_curves(q))
-        new = sum([self._follow(orbit, q) for orbit in found])
+        known = [orbit for orbit in self.on_curves(q) if orbit.period <= self.max_period]
+        new = [o for o in found if not any(same_points(self.f, k.points, o.points) for k in known)]
+        for orbit in new:
+            self._follow(orbit, q)
         if late:
-            self._late += known, len(found) - new, new
+            self._late += len(known), len(found) - len(new), len(new)
+
+    def starts(self, q: float, others: Floats) -> Floats:
+        """Points of the stable orbits that are known, too: few starts meet a small basin."""
+        stable = [orbit.points[0] for orbit in self.on_curves(q) if orbit.stable]
+        found = np.array([*others, *stable])
+        return found[self.at(q).contains(found)]
 
     def on_curves(self, q: float) -> Iterator[PeriodicOrbitND]:
         """Orbits at a value through which curves pass."""
@@ -156,14 +164,14 @@ class OrbitSurvey:
         off = BESIDE * self.width
         return [q for q in (value - off, value + off) if self.lo <= q <= self.hi]
 
-    def _follow(self, orbit: PeriodicOrbitND, q: float) -> bool:
-        """Follow an orbit unless a curve passes through it; tell whether none did."""
+    def _follow(self, orbit: PeriodicOrbitND, q: float) -> None:
+        """Follow an orbit unless a curve passes through it."""
         for curve in self.curves:
             inside = curve.values.min() <= q <= curve.values.max()
             if inside and curve.period == orbit.period:
                 known = curve.all_at(**{self.name: q})
                 if any(same_points(self.f, one.points, orbit.points) for one in known):
-                    return False
+                    return
         curve = follow_orbit(orbit, self.at(q), self.name, (self.lo, self.hi))
         self.curves.append(curve)
         for end in curve.ends:
@@ -173,7 +181,6 @@ class OrbitSurvey:
                 self.unresolved.append(
                     UnresolvedChange(reason, end.value, end.value, orbit.period, x)
                 )
-        return True
 
     def near(
         self, points: Floats, value: float, q: float, *, double: bool
@@ -403,16 +410,10 @@ class _Looks:
         for q in map(float, values):
             if q not in self.known and survey.lo <= q <= survey.hi:
                 f = survey.at(q)
-                starts = np.array([*f.spread(LOOKING), *self._stable(q)])
-                task: Callable[[], Any] = functools.partial(
-                    attractors, f, starts=starts[f.contains(starts)]
-                )
+                starts = survey.starts(q, f.spread(LOOKING))
+                task: Callable[[], Any] = functools.partial(attractors, f, starts=starts)
                 if (found := attempted(task, "attractors", q, q, survey.unresolved)) is not None:
                     self.known[q] = Look(q, tuple(found))
-
-    def _stable(self, q: float) -> Iterator[Floats]:
-        """Points of the stable orbits that are known: few starts meet a small basin."""
-        yield from (orbit.points[0] for orbit in self.survey.on_curves(q) if orbit.stable)
 
     def beside(self, item: Bifurcation) -> Bifurcation:
         """Add the attractors just below and just above an event."""
