@@ -246,7 +246,7 @@ def find_basins(
             break
         hits *= STRICTER
         fate[decided], steps[decided] = fates(f, x[decided], cells, max_steps, work, hits)
-    unfollowed = fate == UNFOLLOWED
+    unfollowed = np.flatnonzero(fate == UNFOLLOWED) if work.interrupted else decided[:0]
     fate[unfollowed] = NOWHERE
     return BasinsND(
         index=fate.reshape(tuple(map(len, made.axes)) or (len(x),)),
@@ -254,11 +254,11 @@ def find_basins(
         coordinates=made.coordinates,
         point=made.point,
         attractors=found,
-        settling=(median, int(steps.max(where=fate >= 0, initial=0))),
+        settling=(median, int(steps[decided].max(initial=0))),
         cell=math.nan if cells is None else cells.size,
         mistaken=mistaken,
         checked=len(checked),
         hits=hits,
         max_steps=max_steps,
-        unfollowed=int(unfollowed.sum()),
+        unfollowed=len(unfollowed),
     )
