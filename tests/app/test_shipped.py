@@ -64,7 +64,7 @@ def test_the_list_names_every_preset_s_questions():
             assert asked in LISTED.values()
             slots[preset["name"]].add(slot)
     assert slots["coulomb"] >= {"map", "basins", "diagram", "motion"}
-    assert slots["chain"] == {"law", "cycle", "motion"}
+    assert slots["chain"] == {"law", "cycle", "motion", "basins"}
 
 
 def test_what_is_shipped_is_small():

@@ -296,3 +296,26 @@ def test_controls_and_presets_are_allowed_as_they_are():
                 assert parameter["min"] <= default <= parameter["max"]
             assert parameter["symbol"]
             assert "\\" not in parameter["symbol"]
+
+
+def test_basins_of_three_blocks_are_those_of_the_library(page):
+    model = {**CHAIN, "static": [0.753, 1.374, 1.078], "alpha": 1.616, "V": 0.12}
+    model["friction"] = {"law": "coulomb", "mu": 0.59}
+    received = page.answer(page.ask("basins", model=model, resolution=0.05))
+    parts = {part.name: part for part in received}
+    assert list(parts) == ["attractors", "coarse", "basins", "end"]
+    x, y, index = (parts["basins"].arrays[name] for name in ("x", "y", "index"))
+    f = ss.event_map(model_of_values(model))
+    found = ss.attractors(f)
+    told = parts["attractors"].data["attractors"]
+    assert [each["points"] for each in told] == [each.points.tolist() for each in found]
+    basins = ss.basins(f, found, grid=[x, y])
+    np.testing.assert_array_equal(index.reshape(len(x), len(y)), basins.index)
+    made = numbers_of("basins", model=model, resolution=0.05)
+    np.testing.assert_array_equal(made["basins"].index, basins.index)
+    inside = 1.0 - basins.left
+    shares = [basins.share(k).value / inside for k in range(2)]
+    assert parts["basins"].data["shares"] == pytest.approx(shares, rel=1e-12)
+    longer = {**model, "static": [*model["static"], 1.0]}
+    parts = page.parts("basins", model=longer, resolution=0.1)
+    assert parts["basins"].data["held"] == 1

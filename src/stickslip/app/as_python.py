@@ -7,7 +7,8 @@ from typing import Any, Final
 from stickslip.app import requests
 from stickslip.app.requests import model_of
 from stickslip.app.views.event_map import window_of
-from stickslip.app.views.model import MAX_EVENTS, map_of, start_of
+from stickslip.app.views.model import MAX_EVENTS, chain_map_of, map_of, start_of
+from stickslip.app.views.section import grid_of, sides_of
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
 from stickslip.mechanics.friction.values import FORWARD
 from stickslip.mechanics.model.file import MODELS, model_values
@@ -114,6 +115,18 @@ def _diagram(request: requests.Diagram) -> list[str]:
     ]
 
 
+def _basins(request: requests.Basins) -> list[str]:
+    f = chain_map_of(request)
+    how = f"resolution={request.resolution!r}"
+    if f is not None:
+        how = f"grid={grid_of(f, sides_of(request)[-1])!r}"
+    return [
+        "f = ss.event_map(model)",
+        f"basins = ss.basins(f, ss.attractors(f), {how})",
+        "ax = basins.plot()",
+    ]
+
+
 TEXTS: Final[dict[type[requests.Request], Any]] = {
     requests.EventMap: _event_map,
     requests.Cobweb: lambda r: [
@@ -154,10 +167,6 @@ TEXTS: Final[dict[type[requests.Request], Any]] = {
         "force = np.stack([law.force(s) for law in model.laws], axis=-1)",
         f"ax = friction_characteristics(model, limit={r.range!r})",
     ],
-    requests.Basins: lambda r: [
-        "f = ss.event_map(model)",
-        f"basins = ss.basins(f, ss.attractors(f), resolution={r.resolution!r})",
-        "ax = basins.plot()",
-    ],
+    requests.Basins: _basins,
     requests.Diagram: _diagram,
 }

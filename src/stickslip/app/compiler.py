@@ -135,6 +135,12 @@ def typical(request: requests.Request) -> requests.Request | None:
             return requests.Motion(values, x=rest, v=rest, t_end=20.0)
         case requests.Cycle():
             return requests.Cycle(values, x=rest, v=rest, max_events=400)
+    if isinstance(request, requests.Basins) and model.n_blocks > 2 and model.forcing is None:
+        laws, static = values["friction"], [1.0, 1.3, 1.1]
+        if isinstance(laws, list):
+            static = (static * len(laws))[: max(3, len(laws))]
+            laws = (laws * 2)[: len(static)]
+        return requests.Basins({**values, "static": static, "friction": laws}, resolution=0.1)
     if model.n_blocks != 2 or model.forcing is not None:
         return None
     match request:

@@ -47,7 +47,16 @@ from stickslip.app.requests import (
 from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
 from stickslip.app.views.event_map import window_of
-from stickslip.app.views.model import found_cycle, map_of, naming, range_of, simulated, two_blocks
+from stickslip.app.views.model import (
+    chain_map_of,
+    found_cycle,
+    map_of,
+    naming,
+    range_of,
+    simulated,
+    two_blocks,
+)
+from stickslip.app.views.section import grid_of, sides_of
 from stickslip.plot.animation import can_write, film
 from stickslip.plot.breaks import mechanism
 from stickslip.plot.diagram import draw_diagram
@@ -158,6 +167,9 @@ def as_csv(request: requests.Request) -> str:
 
 def _point_rows(part: Part) -> Mapping[str, NDArray[Any]]:
     """Return the arrays that have a row for each point."""
+    if "index" in part.arrays:  # points of a grid
+        x, y = np.meshgrid(part.arrays["x"], part.arrays["y"], indexing="ij")
+        return {"d_1": x.ravel(), "d_2": y.ravel(), "attractor": part.arrays["index"].ravel()}
     if part.name == "basins":  # edges enclose intervals
         edges = part.arrays["edges"]
         return {"left": edges[:-1], "right": edges[1:], "attractor": part.arrays["label"]}
@@ -336,6 +348,9 @@ def _law(request: requests.Law) -> Draw:
 
 
 def _basins(request: requests.Basins) -> Draw:
+    if (blocks := chain_map_of(request)) is not None:
+        grid = grid_of(blocks, sides_of(request)[-1])
+        return basins(blocks, attractors(blocks), grid=grid).plot
     f = map_of(request)
     return basins(f, attractors(f), resolution=request.resolution).plot
 

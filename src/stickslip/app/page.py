@@ -130,7 +130,7 @@ def _models() -> list[dict[str, Any]]:
         _model(
             "Chain",
             CHAIN,
-            IN_TIME,
+            (*IN_TIME, "basins"),
             ("static", "alpha", "V", "support", "mass", "damping"),
             (2, requests.MOST_BLOCKS),
         ),

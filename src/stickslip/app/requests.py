@@ -184,7 +184,7 @@ class Law(Request, frozen=True):
 
 
 class Basins(Request, frozen=True):
-    """Basins of attraction on the whole domain."""
+    """Basins of attraction on the whole domain; of more than two blocks in a plane section."""
 
     resolution: Annotated[float, Meta(gt=0, le=0.1)] = 1e-5
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 STATIC: Final = files("stickslip.app") / "static"
 SHIPPED: Final = STATIC / "shipped"
 INDEX: Final = "index.json"
-FIRST: Final = {"samples", "followed", "dots"}
+FIRST: Final = {"samples", "followed", "dots", "coarse"}
 """Parts that later ones of the same answer replace."""
 UNREAD: Final = {"causes", "undecided", "left", "thin", "unresolved"}
 """What the page does not draw."""
@@ -42,6 +42,8 @@ def questions(state: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]
         rest = [0.0] * len(model.get("static", [0.0]))
         start: dict[str, Any] = {"x": [*state.get("x", [0.1]), *rest[1:]], "v": rest}
         yield "cycle", "cycle", start
+        if len(rest) > 2:
+            yield "basins", "basins", {"resolution": 1e-3}
     else:
         start, window, along = {"d": state["d"]}, state.get("window"), state["diagram"]
         of_map = {"window": window, "points": 500}

@@ -132,7 +132,11 @@ def test_a_border_that_the_map_does_not_notice_is_passed():
     assert len(set(ways[1].data["labels"].ravel().tolist())) == 2
     for way in ways:
         assert [end.reason for end in way.ends] == ["end of range"] * 2
-        assert way.bifurcations[0].value == pytest.approx(3 * 0.49 / 4, abs=EXACT)
+        assert way.bifurcations[-1].value == pytest.approx(3 * 0.49 / 4, abs=EXACT)
+    border, _ = ways[1].bifurcations  # the fixed point is at 1 where a = 1 - 0.7
+    assert (border.kind, border.outcome) == ("border", "persists")
+    assert abs(border.value - 0.3) <= border.error < 1e-10
+    assert len(ways[0].bifurcations) == 1
 
 
 def test_what_cannot_be_followed_is_said(fixed):

@@ -221,3 +221,33 @@ def test_a_damping_beyond_the_explorer_is_told_at_its_control(explorer):
     field.press("Enter")
     told = explorer.page.get_by_text("0 <= damping <= 10").first
     told.wait_for(timeout=20_000)
+
+
+LAW = ss.Coulomb(mu=0.59)
+TWO_ENDS = {
+    "kind": "chain",
+    "static": [0.753, 1.374, 1.078],
+    "alpha": 1.616,
+    "V": 0.12,
+    "friction": {"law": "coulomb", "mu": 0.59},
+}
+
+
+def test_basins_of_three_blocks_are_a_plane(explorer):
+    """Two fixed points attract: a colour each, and the tip names the one at a point."""
+    explorer.show("preset=chain")
+    explorer.page.evaluate("model => explorer.setModel(model)", TWO_ENDS)
+    explorer.settle("basins")
+    explorer.panel("section").scroll_into_view_if_needed()
+    explorer.shoot("basins of a chain")
+    assert explorer.panel("section").get_attribute("data-state") == "current"
+    assert explorer.inked("section") > 8
+    sentence = explorer.panel("section").locator(".sentence").text_content()
+    assert sentence.startswith("Of the starts 74")
+    assert "no proof" in sentence
+    found = ss.attractors(ss.Chain(static=(0.753, 1.374, 1.078), alpha=1.616, V=0.12, friction=LAW))
+    for who, each in zip(["S1a", "S1b"], found, strict=True):
+        assert explorer.point_at("section", *each.points[0]).endswith(who)
+    corner = explorer.view("section", "[0.99 * view.plot.view[1], 0.99 * view.plot.view[3]]")
+    assert "no global stick" in explorer.point_at("section", *corner)
+    assert explorer.panel("basins").is_hidden()

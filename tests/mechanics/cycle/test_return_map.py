@@ -8,6 +8,7 @@ from tests.reference.structures import random_structure
 
 import stickslip as ss
 
+TURN = 2 * np.pi
 COULOMB = (ss.Coulomb(mu=0.4), ss.Coulomb(mu=0.6))
 
 
@@ -249,3 +250,21 @@ def test_what_no_section_is_made_of_is_refused() -> None:
         ss.periodic_orbits(wide)
     with pytest.raises(ValueError, match="4 finite numbers"):
         wide([0.0, 1.0])
+
+
+def test_orbits_are_followed_across_the_turn_of_the_phase() -> None:
+    """A phase has no ends: orbits were lost where one of their events came to phase 2 pi."""
+    block = ss.Oscillator(
+        V=0.1, friction=ss.Coulomb(mu=0.23), damping=0.039, forcing=ss.Harmonic(0.41, 1.5)
+    )
+    f = ss.return_map(block, event="landing", domain=[(0.0, TURN), (-3.0, 3.0)])
+    assert f.contains([[TURN + 0.1, 0.0], [-0.1, 0.0], [1.0, 3.1]]).tolist() == [True, True, False]
+    narrow = ss.return_map(block, event="landing", domain=[(1.0, 2.0), (-3.0, 3.0)])
+    assert narrow.contains([[TURN + 1.5, 0.0], [0.5, 0.0]]).tolist() == [True, False]
+    at = f.replace(V=0.1702)
+    near = [orbit for orbit in ss.periodic_orbits(at, n_starts=32) if orbit.points[0, 0] > 6.2]
+    curve = ss.follow(near[0], "V", (0.1698, 0.1703))
+    assert curve.end_reasons == ("end of range", "end of range")
+    assert np.ptp(curve.points[:, 0, 0]) > 0.0
+    phases = curve.points[:, 0, 0]
+    assert phases.min() < TURN < phases.max() or phases.min() < 0.0 < phases.max()

@@ -6,7 +6,17 @@ import logging
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar, get_args
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Final,
+    Literal,
+    NamedTuple,
+    TypeAlias,
+    TypeVar,
+    get_args,
+)
 
 import numpy as np
 
@@ -298,9 +308,54 @@ class Cascade(Result):
         }
 
 
+@part
+class Coverage(NamedTuple):
+    """How much of the orbits in R^n lists at values of a parameter have shown.
+
+    Attributes
+    ----------
+    n_lists : int
+    n_starts : int
+        Seeds of each list's first round, as of `periodic_orbits`.
+    known : int
+        Orbits through which curves pass at the values of the last half of the lists, which lie
+        between those of the first half, ...
+    again : int
+        ... those of them that these lists found, too, ...
+    new : int
+        ... and what they found beside them.
+    """
+
+    n_lists: int
+    n_starts: int
+    known: int
+    again: int
+    new: int
+
+    @property
+    def share(self) -> float:
+        """Share of the known orbits that lists found; NaN of none.
+
+        Where it is small, many are missing of those that only lists can show.
+        """
+        return self.again / self.known if self.known else math.nan
+
+    def __str__(self) -> str:
+        """One line."""
+        head = f"orbits from {self.n_lists} lists of {self.n_starts} starts"
+        if self.n_lists < 2:
+            return f"{head}: how many are missing is not known"
+        return (
+            f"{head}: the last half found {self.again} of {self.known} orbits again and {self.new} "
+            "new ones; others may be missing (raise n_lists, n_starts)"
+        )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class BifurcationList(ResultList[Bifurcation]):
     """All bifurcations over a range of a parameter, by value, and what lies between them.
+
+    In R^n all that were found: `coverage` tells how many orbits may be missing.
 
     Attributes
     ----------
@@ -325,6 +380,8 @@ class BifurcationList(ResultList[Bifurcation]):
         cycles there was not asked for.
     n_lists : int
         Parameter values at which complete lists of orbits were made.
+    coverage : Coverage or None
+        In R^n, where lists need not be complete, what share of new orbits the last half showed.
     looks : tuple of float
         Parameter values at which the attractors were looked at, ascending: a cycle above
         `max_period` that is born and lost between two of them is not seen.
@@ -341,6 +398,7 @@ class BifurcationList(ResultList[Bifurcation]):
     unresolved: tuple[UnresolvedChange, ...] = ()
     outside: tuple[UnresolvedChange, ...] = ()
     n_lists: int = 0
+    coverage: Coverage | None = None
     looks: tuple[float, ...] = ()
     _column_names: ClassVar = (
         *("kind", "criticality", "parameter", "value", "error", "period", "points"),
@@ -386,6 +444,7 @@ class BifurcationList(ResultList[Bifurcation]):
             )
         lines += [f"  unresolved: {item}" for item in self.unresolved]
         lines += [f"  {item}" for item in self.outside]
+        lines += [f"  {self.coverage}"] if self.coverage else []
         if len(self.looks) > 1:
             apart = max(b - a for a, b in pairwise(self.looks))
             lines.append(

@@ -89,7 +89,9 @@ class CurveEvent:
     ----------
     kind : str
         Of orbits and cycles ``fold``, ``flip``, ``neimark_sacker``, ``transcritical``,
-        ``pitchfork`` or ``branch_point`` (a multiplier 1 without a fold); ``hopf``. Of cycles also
+        ``pitchfork`` or ``branch_point`` (a multiplier 1 without a fold); ``hopf``. Of orbits in
+        R^n also ``border``: a point goes over to another piece of the map (a slip begins to graze,
+        two events change their order), and no multiplier changes. Of cycles also
         what changes the sequence of modes: ``grazing`` (a slip touches the belt), ``limit`` (the
         needed force of a rider touches its static limit), ``landing`` (a block lands exactly at
         its limit), ``tie`` (events of two blocks at once). Of bifurcations, points of codimension
@@ -110,7 +112,7 @@ class CurveEvent:
     block : int or None
         That touches or lands, from 1.
     outcome : {"persists", "fold", None}
-        Where modes change: whether the cycle goes on with other modes on the far side, or meets
+        Where modes change: whether the solution goes on with other modes on the far side, or meets
         another one that exists on the same side (a discontinuous fold: both end there).
     solution : object
         A cycle there; where modes change, the last one with the modes before. None for others.
@@ -210,7 +212,8 @@ class Curve(Result):
     bifurcations : tuple of CurveEvent
         On the way, in the curve's order.
     data : dict
-        Further columns: ``labels`` and ``residual`` of orbits, ``period`` and ``events`` (their
+        Further columns: ``labels``, ``residual`` and ``margin`` (the least, see
+        `EventMapResult`; NaN where the map tells none) of orbits, ``period`` and ``events`` (their
         number) of cycles, ``left``, ``right``, ``left_slope``, ``right_slope`` and ``kind`` of
         breakpoints, ``multiplier_left`` and ``multiplier_right`` of border collisions; of
         bifurcations in R^n ``angle`` of the critical multiplier (NaN: none) and ``labels``.

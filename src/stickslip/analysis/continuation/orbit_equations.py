@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ class Linearized:
     slopes: Floats
     values: Floats
     labels: Labels
+    margin: float = math.nan  # the least: how close the orbit is to a change of labels
 
     @property
     def multipliers(self) -> Any:
@@ -35,7 +37,7 @@ class Linearized:
     def turned(self, turn: int) -> Linearized:
         """Start the orbit at another of its points."""
         slopes, values = (np.roll(each, turn, axis=0) for each in (self.slopes, self.values))
-        return Linearized(slopes, values, np.roll(self.labels, turn))
+        return Linearized(slopes, values, np.roll(self.labels, turn), self.margin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +90,8 @@ class OrbitEquations:
     def described(self, points: Floats, values: PointValues) -> tuple[Floats, Linearized]:
         """Return F, and what a map said at points."""
         residual = apart(self.f, values.value, np.roll(points, -1, axis=0))
-        return residual.ravel(), Linearized(values.derivative, values.value, values.label)
+        parts = values.derivative, values.value, values.label, float(np.min(values.margin))
+        return residual.ravel(), Linearized(*parts)
 
     def stays(self, labels: Labels, ok: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Tell which points have a value and are on their pieces, shape (p,)."""

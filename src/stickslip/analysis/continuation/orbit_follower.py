@@ -162,6 +162,7 @@ class OrbitFollower(Follower):
             data={
                 "labels": np.array([row.note.labels for row in rows]),
                 "residual": np.array([row.residual for row in rows]),
+                "margin": np.array([row.note.margin for row in rows]),
             },
             problem=OrbitProblem(self.f),
             **known,
@@ -286,16 +287,20 @@ class SpaceOrbitFollower(OrbitFollower):
             inside = self.f.contains(cause.points)[index]
             return self.end(last, "gap" if inside else "end of domain", **where)
         kind, label = beyond
-        if kind == "corner" and (passed := self._past(last, half)) is not None:
-            return passed
-        if kind == "smooth":
-            self.equations.pieces[index].add(label)
-            return replace(last, step=self.control.first)
         explain = getattr(self.equations.at(last.parameter), "explain_border", None)
         if explain is not None:
             beside = self.equations.at(cause.value), cause.points[index]
             where["border"] = tuple(explain(self.points(last)[index], *beside))
-        return self.end(last, "breakpoint", kind=kind, **where)
+        onward = self._past(last, half) if kind == "corner" else None
+        if kind == "smooth":
+            self.equations.pieces[index].add(label)
+            onward = replace(last, step=self.control.first)
+        if onward is None:
+            return self.end(last, "breakpoint", kind=kind, **where)
+        text, block = where.get("border", ("", None))
+        told = {"what": text, "block": block, "outcome": "persists"}
+        half.note(self.event("border", last, where["error"], **told))
+        return onward
 
     def _past(self, last: CurvePoint, half: Half) -> CurvePoint | None:
         """Go on beyond a border that leaves all multipliers as they are; None at any other.

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from stickslip.analysis.bifurcations.bifurcation import Coverage
     from stickslip.analysis.continuation.curve import CurveEnd
     from stickslip.analysis.maps.protocol import Floats
 
@@ -105,7 +106,7 @@ class Diagram(Result):
     values : ndarray of float, shape (n,)
         Ascending.
     max_period : int
-        All orbits up to this period are in `orbits`.
+        All orbits up to this period are in `orbits`; in R^n those found.
     window : tuple of float or None
         Part of the domain that was looked at.
     parameters : dict
@@ -118,6 +119,8 @@ class Diagram(Result):
         Jumps, corners and edges of gaps.
     unresolved : tuple of str
         What could not be settled, a sentence each.
+    coverage : Coverage or None
+        In R^n, where orbits may be missing, how many, as of a `BifurcationList`.
     """
 
     parameter: str
@@ -129,6 +132,7 @@ class Diagram(Result):
     attractors: AttractorTable
     breakpoints: tuple[BreakpointLine, ...]
     unresolved: tuple[str, ...] = ()
+    coverage: Coverage | None = None
     _plot: ClassVar = "diagram.draw_diagram"
 
     def of_period(self, p: int) -> tuple[OrbitCurve, ...]:
@@ -217,7 +221,8 @@ class Diagram(Result):
             lines.append(
                 f"  {kind} attractors at {len(np.unique(self.attractors.where[rows]))} values"
             )
-        return "\n".join([*lines, *(f"  unresolved: {text}" for text in self.unresolved)])
+        lines += [f"  unresolved: {text}" for text in self.unresolved]
+        return "\n".join([*lines, *([f"  {self.coverage}"] if self.coverage else [])])
 
     def to_xarray(self) -> Any:
         """Return the diagram as an ``xarray.Dataset`` (needs the extra ``sweep``).

@@ -204,6 +204,7 @@ def _evaluated(
         attractors=_as_table(rows, iterates, sampled),
         breakpoints=breaks,
         unresolved=tuple(map(str, survey.unresolved)) + _missing(values, orbits),
+        coverage=getattr(survey, "coverage", None),
     )
 
 
@@ -278,11 +279,11 @@ def _critical_points(
 def _attractors_in_space(
     survey: OrbitSurvey, maps: list[Any], values: Floats, count: Callable[[int], None]
 ) -> list[list[Any]]:
-    """Look for attractors at every value, also from where those before were."""
+    """Look for attractors at every value, also where those before and stable orbits are."""
     rows: list[list[Any]] = []
     starts = np.empty((0, survey.f.dimension))
     for q, f in zip(values.tolist(), maps, strict=True):
-        spread = np.concatenate([starts[f.contains(starts)], f.spread(HANDED)])
+        spread = survey.starts(q, np.concatenate([starts, f.spread(HANDED)]))
         task: Callable[[], Any] = partial_of(all_attractors, f, starts=spread)
         rows.append(list(attempted(task, "attractors", q, q, survey.unresolved) or ()))
         starts = np.array([a.points[-1] for a in rows[-1]]).reshape(-1, survey.f.dimension)

@@ -13,7 +13,7 @@ import { Player } from "./player.js";
 import { Shipped } from "./shipped.js";
 import { completeState, fromFragment, toFragment } from "./state.js";
 import { reducedMotion, switchTheme, watchTheme } from "./theme.js";
-import { hasLineMap } from "./model.js";
+import { hasBlocksMap, hasLineMap } from "./model.js";
 import { Tour } from "./tour.js";
 import { BasinsView } from "./views/basins.js";
 import { CycleView } from "./views/cycle.js";
@@ -21,6 +21,7 @@ import { DiagramView } from "./views/diagram.js";
 import { LawView } from "./views/law.js";
 import { MapView } from "./views/map.js";
 import { MechanismView } from "./views/mechanism.js";
+import { SectionView } from "./views/section.js";
 import { TableView } from "./views/table.js";
 import { PlaneView, PortraitView } from "./views/motion.js";
 
@@ -63,8 +64,10 @@ function addViews(app, main) {
   for (const view of [line[0], ...line.slice(2), plane])
     view.isFor = ({ model }) => hasLineMap(model);
   cycle.isFor = ({ model }) => !hasLineMap(model);
+  const section = new SectionView(app);
+  section.isFor = ({ model }) => hasBlocksMap(model);
   const table = new TableView(app);
-  const inMain = [...line, ...portraits, plane, table, cycle];
+  const inMain = [...line, ...portraits, plane, table, cycle, section];
   main.append(...inMain.map((view) => view.panel.section));
   app.views = [law, ...inMain];
   return { law, table };

@@ -17,6 +17,9 @@ export const perBlock = (model, values) =>
 /** Whether its event map is a map of an interval. @param {Model} model */
 export const hasLineMap = (model) => blockCount(model) === 2 && !model.forcing;
 
+/** Whether it is a map of the plane, or of more than two differences. @param {Model} model */
+export const hasBlocksMap = (model) => blockCount(model) > 2 && !model.forcing;
+
 /** A symbol with its index as `mathText` reads it: V_dr is V_{dr}. @param {string} symbol */
 export const indexed = (symbol) => symbol.replace(/_(\w+)/, "_{$1}");
 

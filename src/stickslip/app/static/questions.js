@@ -3,7 +3,7 @@
  *
  * @import {State, Question, Limits} from "./types.js"
  */
-import { hasLineMap, perBlock, withValue } from "./model.js";
+import { hasBlocksMap, hasLineMap, perBlock, withValue } from "./model.js";
 
 const COBWEB_STEPS = 160;
 const MOTION_SAMPLES = 6000;
@@ -90,4 +90,6 @@ const OF_LINE = ["locus", "map", "power", "cobweb", "basins", "diagram", "motion
 
 /** Slots that have a meaning for a model; those first that need no kernels. @param {State} state */
 export const slotsFor = ({ model }) =>
-  hasLineMap(model) ? ["law", ...OF_LINE] : ["law", "motion", "cycle"];
+  hasLineMap(model)
+    ? ["law", ...OF_LINE]
+    : ["law", "motion", "cycle", ...(hasBlocksMap(model) ? ["basins"] : [])];

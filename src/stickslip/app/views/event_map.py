@@ -22,7 +22,8 @@ from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.requests import Part
-from stickslip.app.views.model import map_of, naming
+from stickslip.app.views.model import chain_map_of, map_of, naming
+from stickslip.app.views.section import section
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -202,7 +203,10 @@ def _end(f: WatchedMap, orbit: Floats) -> dict[str, Any]:
 
 
 def basins(request: requests.Basins) -> Iterator[Part]:
-    """Find the attractors, then the exact edges of their basins."""
+    """Find the attractors, then the exact edges of their basins; of more blocks a section."""
+    if (blocks := chain_map_of(request)) is not None:
+        yield from section(blocks, request)
+        return
     f = map_of(request)
     known = attractors(f)
     yield Part("attractors", data={"attractors": [_attractor(a) for a in known]}, progress=0.3)

@@ -13,7 +13,7 @@ from stickslip.analysis.maps.arguments import checked_range
 from stickslip.app.jobs import checkpoint
 from stickslip.app.requests import BadRequestError, Part, is_ours, model_of, refuse_far
 from stickslip.mechanics.cycle.search import find_cycle
-from stickslip.mechanics.eventmap.event_map import EventMap
+from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap, GlobalStickMap
 from stickslip.mechanics.eventmap.records import Outputs
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus as geometry
@@ -53,7 +53,7 @@ class WatchedBackend:
     def _pieces(self, d: Floats) -> Iterator[Floats]:
         """Cut points into pieces that take a moment each, with a checkpoint before each."""
         start = 0
-        while start < d.size or not start:
+        while start < len(d) or not start:
             checkpoint()
             stop, since = start + self._piece, time.monotonic()
             yield d[start:stop]
@@ -99,11 +99,19 @@ class WatchedBackend:
         return self._backend.itinerary(d)
 
 
-class WatchedMap(EventMap):
+class Watched(GlobalStickMap):
     """An event map whose evaluations end when the answer is no longer wanted."""
 
     def _backend_of(self, controls: Controls) -> Backend:
         return WatchedBackend(super()._backend_of(controls))
+
+
+class WatchedMap(Watched, EventMap):
+    """Of two blocks."""
+
+
+class WatchedBlocksMap(Watched, BlocksEventMap):
+    """Of more."""
 
 
 def watched_map(model: Model, **settings: Any) -> WatchedMap:
@@ -121,6 +129,15 @@ def two_blocks(request: Request) -> Model:
         "event map is one of the line.",
         "model.kind",
     )
+
+
+def chain_map_of(request: Request) -> WatchedBlocksMap | None:
+    """Make the event map of three blocks or more that are not forced; None of other models."""
+    model = model_of(request)
+    if model.n_blocks < 3 or model.forcing is not None:
+        return None
+    with naming("model"):
+        return WatchedBlocksMap(model, threads=1)
 
 
 def map_of(request: Request) -> WatchedMap:

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.analysis.maps.protocol import Mechanism, box_points, checked_points
+from stickslip.analysis.maps.protocol import Mechanism, box_points, checked_points, reduced
 from stickslip.checks import checked_interval, one_of, real_numbers, shown, whole_number
 from stickslip.mechanics.cycle.chart import PHASE, Chart, chart, states_of
 from stickslip.mechanics.cycle.shooting import size_of
@@ -214,8 +214,11 @@ class ReturnMap(SectionMap):
         return self._window
 
     def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points are finite and within the ranges of `domain`, shape (...)."""
-        points = np.asarray(d, dtype=np.float64)
+        """Whether points are finite and within the ranges of `domain`, shape (...).
+
+        A phase has no ends where its range is a period.
+        """
+        points = reduced(self, np.asarray(d, dtype=np.float64))
         inside = np.isfinite(points)
         if self._window is not None:
             low, high = np.array(self._window).T

@@ -63,7 +63,11 @@ def _compare(f: Traced, left: float, right: float) -> Mechanism:
 
 def difference_of(first: Trajectory, second: Trajectory) -> Mechanism:
     """Explain the first difference between the events of two motions from nearly one state."""
-    if (first.modes[0] != second.modes[0]).any():
+    differ = np.flatnonzero(first.modes[0] != second.modes[0])
+    if differ.size == 1:
+        i = int(differ[0]) + 1
+        return Mechanism(f"block {i} sticks at the start on one side and slips on at the other", i)
+    if differ.size:
         which = "both" if first.modes.shape[1] == 2 else "two"
         return Mechanism(f"{which} blocks reach their static limits together at the onset", None)
     for number, (a, b) in enumerate(zip(first.events, second.events, strict=False)):

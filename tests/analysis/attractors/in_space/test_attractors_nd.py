@@ -410,3 +410,22 @@ def test_basins_of_a_shaken_block_by_its_return_map():
     for k, attractor in enumerate(found):
         near = np.abs(ends[:, None] - attractor.points).max(axis=2).min(axis=1) < 1e-6
         assert basins.share(k).value == (near & there).mean()
+
+
+def test_an_edge_closer_to_an_attractor_than_its_cells_is_seen():
+    """Orbits from |x| > 0.001 creep away from 0: ten steps in a cell about 0 do not show it."""
+
+    def func(z, c):
+        x = z[..., 0]
+        far = np.where(np.abs(x) < 0.9, 1.02 * x, (x + np.sign(x)) / 2)
+        return points(np.where(np.abs(x) < c, 0.98 * x, far), z[..., 1] / 2)
+
+    f = ss.Map(func, 2, parameters={"c": 1e-3}, domain=[(-1.5, 1.5), (-1, 1)])
+    found = ss.attractors(f, starts=[[0.0, 0.1], [0.5, 0.1], [-0.5, 0.1]])
+    basins = ss.basins(f, found, grid=[(-0.01, 0.01, 201), 0.5])
+    ends = np.array([attractor.points[0, 0] for attractor in found])[basins.index]
+    x = basins.axes[0]
+    away = np.abs(np.abs(x) - 1e-3) > 1e-9
+    assert np.array_equal(ends[away], np.where(np.abs(x) < 1e-3, 0.0, np.sign(x))[away])
+    assert basins.mistaken == 0
+    assert basins.hits > 10

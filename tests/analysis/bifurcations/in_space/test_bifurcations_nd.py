@@ -9,6 +9,7 @@ from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kin
 
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import OrbitSurvey
+from stickslip.analysis.orbits.orbits_nd import search_orbits
 from stickslip.analysis.work import Work
 from stickslip.results.files import load, save
 
@@ -115,6 +116,20 @@ def test_an_attractor_that_is_lost_between_two_values():
     assert "evidence" in change.note
 
 
+def test_the_orbit_that_another_shrinks_onto_is_followed_too():
+    """No list may have shown it: here only the orbit of period 2 is known at first."""
+    found = OrbitSurvey(henon(0.1), "a", 0.3, 0.9, 2, 64)
+    (pair,) = search_orbits(found.at(0.7), 2, 2)
+    found._follow(pair, 0.7)
+    found.run(0, Work())
+    (flip,) = found.events
+    assert flip.value == pytest.approx(3 * 0.49 / 4, abs=EXACT)
+    assert [[o.period for o in flip.orbits_before], [o.period for o in flip.orbits_after]] == [
+        [1],
+        [1, 2],
+    ]
+
+
 # ------------------------------------------------------------------ border collisions
 
 
@@ -155,6 +170,19 @@ def test_random_corners_follow_feigins_rules(seed):
 
 
 # ------------------------------------------------------------------ answers and refusals
+
+
+def test_a_list_tells_how_much_its_last_lists_found_again(cascade):
+    told = cascade.coverage
+    assert (told.n_lists, told.n_starts, told.new) == (6, 64, 0)
+    assert told.again == told.known > 0
+    assert "found" in repr(cascade)
+    assert "others may be missing" in repr(cascade)
+    few = bifurcations(henon(0.1), "a", (0.5, 1.04), max_period=4, n_lists=2, n_starts=1)
+    assert few.coverage.n_starts == 1
+    one = bifurcations(henon(0.1), "a", (0.5, 1.04), max_period=2, n_lists=1)
+    assert np.isnan(one.coverage.share)
+    assert "how many are missing is not known" in repr(one)
 
 
 def test_a_list_is_saved_shown_and_loaded(cascade, tmp_path):

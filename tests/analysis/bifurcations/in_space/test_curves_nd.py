@@ -123,7 +123,7 @@ def test_the_flip_curve_meets_it_there():
     np.testing.assert_allclose(curve.parameters["a"], 1 + 2 / (2 * e - 1), rtol=1e-11)
     (event,) = curve.bifurcations
     assert event.kind == "resonance 1:2"
-    assert event.value == pytest.approx(0.75, abs=1e-9)
+    assert event.value == pytest.approx(0.75, abs=EXACT)
 
 
 def test_a_fold_turns_round_in_a_cusp():
@@ -201,6 +201,24 @@ def test_a_fold_of_a_chain_of_three_blocks_is_where_its_orbits_turn_back():
     orbit = distinct_orbits(f, fold.orbits_before[0].points[None])[0]
     turns = [e for e in follow(orbit, "V", (0.18, 0.19)).bifurcations if e.kind == "fold"]
     assert turns[0].value == pytest.approx(curve.at(alpha=0.385).value, abs=EXACT)
+
+
+@pytest.mark.slow
+def test_a_grazing_of_a_chain_of_three_blocks_is_followed():
+    """Where the curve leads a list of its own finds the same grazing."""
+    chain = ss.Chain(
+        static=(0.753, 1.374, 1.078), alpha=1.616, V=0.13, friction=ss.Coulomb(mu=0.59)
+    )
+
+    def grazing(alpha, lo, hi):
+        survey = OrbitSurvey(ss.event_map(chain.replace(alpha=alpha)), "V", lo, hi, 1, 32)
+        survey.run(1, Work())
+        return next(item for item in survey.events if "block 2 grazes" in item.mechanism)
+
+    curve = follow(grazing(1.616, 0.129, 0.1305), "alpha", (1.615, 1.617), solve_for="V")
+    assert curve.end_reasons == ("end of range", "end of range")
+    V = curve.at(alpha=1.617).value
+    assert grazing(1.617, V - 5e-4, V + 5e-4).value == pytest.approx(V, abs=EXACT)
 
 
 # ------------------------------------------------------------------ refusals

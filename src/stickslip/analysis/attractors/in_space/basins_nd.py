@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorListND
 from stickslip.analysis.attractors.in_space.fates import (
+    HITS,
     LEFT,
     NOWHERE,
     UNFOLLOWED,
@@ -33,9 +34,10 @@ if TYPE_CHECKING:
 
     Integers = NDArray[np.int16]
 
-CHECKED: Final = 256  # decided starts that are followed further
+CHECKED: Final = (32, 8, 256)  # decided starts that are followed further: fewest, one in, most
 LONGER: Final = 10  # median times of settling by which they are
 FEWEST: Final = 100  # steps more at least
+STRICTER: Final = 4  # times as many steps in cells, if some of the checked starts came elsewhere
 BLOCKS: Final = 4  # parts of a picture in each direction, whose dimensions are compared
 
 
@@ -76,15 +78,18 @@ class BasinsND(Result):
         Size of the cells about attractors, of the widths of the region of their starts.
     mistaken, checked : int
         Of so many decided starts, followed ten times longer, so many came elsewhere.
+    hits : int
+        Steps in a row in cells about an attractor after which a start counted as attracted.
     max_steps : int
     unfollowed : int
         Starts that an interrupt kept from being followed; they count as undecided.
 
     Notes
     -----
-    All of this is evidence, not proof: an orbit counts as attracted once it has stayed ten steps
-    in cells about the points of an attractor, and an attractor that no start has shown makes its
-    basin undecided.
+    All of this is evidence, not proof: an orbit counts as attracted once it has stayed `hits` steps
+    in cells about the points of an attractor: ten, or four times as many, and so on, until none of
+    the checked starts comes elsewhere. An attractor that no start has shown makes its basin
+    undecided.
     """
 
     index: Integers
@@ -96,6 +101,7 @@ class BasinsND(Result):
     cell: float
     mistaken: int
     checked: int
+    hits: int
     max_steps: int
     unfollowed: int = 0
     _plot: ClassVar = "basins.draw_basins_nd"
@@ -226,23 +232,33 @@ def find_basins(
     cells = cells_of(found)
     work = Work() if work is None else work
     fate, steps = fates(f, x, cells, max_steps, work)
-    unfollowed = fate == UNFOLLOWED
+    hits = HITS
+    while True:
+        decided = np.flatnonzero(fate >= 0)
+        fewest, one_in, most = CHECKED
+        count = 0 if work.interrupted else min(max(len(decided) // one_in, fewest), most)
+        checked = decided[:: max(1, len(decided) // max(count, 1))][:count]
+        median = int(np.median(steps[checked])) if checked.size else 0
+        later = orbits(f, x[checked], median + max(FEWEST, LONGER * median))[:, -1]
+        again = fates(f, later, cells, max_steps, hits=hits)[0]
+        mistaken = int((again != fate[checked]).sum())
+        if not mistaken or STRICTER * hits > max_steps:
+            break
+        hits *= STRICTER
+        fate[decided], steps[decided] = fates(f, x[decided], cells, max_steps, work, hits)
+    unfollowed = np.flatnonzero(fate == UNFOLLOWED) if work.interrupted else decided[:0]
     fate[unfollowed] = NOWHERE
-    decided = np.flatnonzero(fate >= 0)
-    checked = decided[:: max(1, len(decided) // CHECKED)][: 0 if work.interrupted else CHECKED]
-    median = int(np.median(steps[checked])) if checked.size else 0
-    later = orbits(f, x[checked], median + max(FEWEST, LONGER * median))[:, -1]
-    again = fates(f, later, cells, max_steps)[0]
     return BasinsND(
         index=fate.reshape(tuple(map(len, made.axes)) or (len(x),)),
         axes=made.axes,
         coordinates=made.coordinates,
         point=made.point,
         attractors=found,
-        settling=(median, int(steps.max(where=fate >= 0, initial=0))),
+        settling=(median, int(steps[decided].max(initial=0))),
         cell=math.nan if cells is None else cells.size,
-        mistaken=int((again != fate[checked]).sum()),
+        mistaken=mistaken,
         checked=len(checked),
+        hits=hits,
         max_steps=max_steps,
-        unfollowed=int(unfollowed.sum()),
+        unfollowed=len(unfollowed),
     )

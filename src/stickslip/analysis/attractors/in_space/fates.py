@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     Integers = NDArray[np.int64]
     Labels = NDArray[np.int16]
 
-HITS: Final = 10  # steps in a row in an attractor's cells: the orbit has come to it
+HITS: Final = 10  # steps in a row in an attractor's cells, at first: the orbit has come to it
 HALVINGS: Final = 16  # of the cells, until none holds points of two attractors
 CORNERS: Final = 6  # dimension up to which all corners about a point are marked
 NOWHERE, LEFT, UNFOLLOWED = -1, -2, -3
@@ -148,7 +148,12 @@ class Grid:
 
 
 def fates(
-    f: MapND, x: Floats | Grid, cells: Cells | None, max_steps: int, work: Work | None = None
+    f: MapND,
+    x: Floats | Grid,
+    cells: Cells | None,
+    max_steps: int,
+    work: Work | None = None,
+    hits: int = HITS,
 ) -> tuple[Labels, NDArray[np.int32]]:
     """Return the label of the attractor that each point (m, n) comes to, and after how many steps.
 
@@ -162,7 +167,7 @@ def fates(
     if labels is None or cells is None:
         points = x.rows(0, len(x) // x.inner) if isinstance(x, Grid) else x
         with work.until_interrupted():
-            _fates_by_steps(f, points, cells, max_steps, fate, steps, work)
+            _fates_by_steps(f, points, cells, (hits, max_steps, fate, steps), work)
         return fate, steps
     from stickslip.numerics.targets import available_threads, launch  # numba is there by now
 
@@ -177,7 +182,7 @@ def fates(
             last = min(first + many, stop)
             rows = x.rows(first, last) if isinstance(x, Grid) else x[first:last]
             part = slice(first * inner, last * inner)
-            limits = (HITS, max_steps, fate[part], steps[part])
+            limits = (hits, max_steps, fate[part], steps[part])
             compiled.fates(np.ascontiguousarray(rows), parameters, box, *table, *limits)
             count(len(rows))
 
@@ -190,11 +195,10 @@ def _fates_by_steps(
     f: MapND,
     x: Floats,
     cells: Cells | None,
-    max_steps: int,
-    fate: Labels,
-    steps: NDArray[np.int32],
+    limits: tuple[int, int, Labels, NDArray[np.int32]],
     work: Work,
 ) -> None:
+    hits, max_steps, fate, steps = limits
     last, run = np.full(len(x), NOWHERE), np.zeros(len(x), dtype=np.int64)
     active = np.arange(len(x))
     for k in range(max_steps + 1):
@@ -202,7 +206,7 @@ def _fates_by_steps(
         label = np.full(len(x), NOWHERE) if cells is None else cells.at(x)
         run = np.where(label == last, run + 1, 1)
         last = label
-        came = (label != NOWHERE) & (run >= HITS) & ~gone
+        came = (label != NOWHERE) & (run >= hits) & ~gone
         done = came | gone
         fate[active[done]], steps[active[done]] = np.where(gone, LEFT, label)[done], k
         active, x, run, last = active[~done], x[~done], run[~done], last[~done]

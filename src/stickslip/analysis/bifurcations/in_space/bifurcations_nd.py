@@ -13,13 +13,14 @@ from stickslip.analysis.bifurcations.accounting import accounted
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
+    Coverage,
     UnresolvedChange,
     attempted,
 )
 from stickslip.analysis.bifurcations.normal_forms import coefficient
 from stickslip.analysis.bifurcations.outcome import Outcome
 from stickslip.analysis.continuation.continuation import follow_orbit
-from stickslip.analysis.maps.protocol import apart, reduced
+from stickslip.analysis.maps.protocol import apart, orbits, reduced
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
@@ -39,6 +40,8 @@ BESIDE: Final = 2e-3  # of the range: how far from an event orbits are looked at
 SHARE: Final = 0.3  # ... and of the way to the next event
 CLOUD: Final = 48  # guesses about an orbit, ...
 NEAREST: Final = 1e-5  # ... from this share of the domain to ...
+NEAR: Final = 1e-2  # ... this share of it, or ...
+RETURNS: Final = 0.05  # of the domain: an orbit that comes back so near is a guess
 REACH: Final = 4.0  # ... this times the root of the share of the range
 SAME_VALUE: Final = 1e-9  # of the range, beside the errors: events that coincide
 SAME_POINTS: Final = 1e-4
@@ -66,6 +69,9 @@ class OrbitSurvey:
         self.curves: list[Curve] = []
         self.unresolved: list[UnresolvedChange] = []
         self.events: list[Bifurcation] = []
+        self.coverage: Coverage | None = None
+        self._late = np.zeros(3, dtype=int)  # of the last half of the lists, as `Coverage` has them
+        self._branched = 0
 
     def at(self, q: float) -> FamilyND:
         """Return the map at a value of the parameter."""
@@ -73,20 +79,30 @@ class OrbitSurvey:
 
     def run(self, n_lists: int, work: Work) -> None:
         """Make the lists, follow what they hold and what flips lead to, gather the events."""
-        # Values inside the range: at its ends an orbit may be just about to be born.
-        reached = self.lo
+        # Values inside the range: at its ends an orbit may be just about to be born. The last half
+        # of them lie between those of the first, whose orbits they should only find again.
+        values = self.lo + self.width * (np.arange(n_lists) + 0.5) / n_lists
+        first, last = values[::2].tolist(), values[1::2].tolist()
         with work.until_interrupted():
-            for k, q in enumerate(self.lo + self.width * (np.arange(n_lists) + 0.5) / n_lists):
-                task = functools.partial(self._list, float(q))
+            for k, q in enumerate([*first, *last]):
+                late = k >= len(first)
+                if k == len(first):
+                    self._branch_off_all()
+                task = functools.partial(self._list, q, late=late)
                 attempted(task, "a list of orbits", q, q, self.unresolved)
                 work.tell((k + 1) / n_lists)
-                reached = float(q)
-            for curve in self.curves:  # grows while events lead to more
-                self._branch_off(curve)
+            self._branch_off_all()
         if work.interrupted:
             reason = "interrupted: lists of orbits left out, and what branches off curves"
-            self.unresolved.append(UnresolvedChange(reason, reached, self.hi))
+            self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
+        self.coverage = Coverage(n_lists, self.n_starts, *self._late.tolist())
         self._gather()
+
+    def _branch_off_all(self) -> None:
+        """Follow what events and ends of all curves lead to, which may be more curves."""
+        while self._branched < len(self.curves):
+            self._branch_off(self.curves[self._branched])
+            self._branched += 1
 
     def _branch_off(self, curve: Curve) -> None:
         """Follow what begins at the events and ends of a curve."""
@@ -94,21 +110,59 @@ class OrbitSurvey:
             if item.kind == "flip" and 2 * len(item.points) <= self.max_period:
                 self._branches_off(item, double=True)
         for end in curve.ends:
+            if end.reason == "period halves":  # onto an orbit that no list may have shown
+                half = replace(end, points=end.points[: len(end.points) // 2])
+                self._branches_off(half, double=False)
             if end.reason == "breakpoint":
                 self._branches_off(end, double=False)
                 if len(end.points) <= self.max_period:
                     self._branches_off(end, double=True)
+                self._return_to(end)
 
-    def _list(self, q: float) -> None:
-        for orbit in search_orbits(self.at(q), self.max_period, None, self.n_starts):
+    def _list(self, q: float, *, late: bool) -> None:
+        found = search_orbits(self.at(q), self.max_period, None, self.n_starts)
+        known = [orbit for orbit in self.on_curves(q) if orbit.period <= self.max_period]
+        new = [o for o in found if not any(same_points(self.f, k.points, o.points) for k in known)]
+        for orbit in new:
             self._follow(orbit, q)
+        if late:
+            self._late += len(known), len(found) - len(new), len(new)
+
+    def starts(self, q: float, others: Floats) -> Floats:
+        """Points of the stable orbits that are known, too: few starts meet a small basin."""
+        stable = [orbit.points[0] for orbit in self.on_curves(q) if orbit.stable]
+        found = np.array([*others, *stable])
+        return found[self.at(q).contains(found)]
+
+    def on_curves(self, q: float) -> Iterator[PeriodicOrbitND]:
+        """Orbits at a value through which curves pass."""
+        for curve in self.curves:
+            if curve.values.min() <= q <= curve.values.max():
+                yield from curve.all_at(**{self.name: q})
 
     def _branches_off(self, event: CurveEvent | CurveEnd, *, double: bool) -> None:
         """Follow the orbits beside an event, on whichever side they are."""
-        for q in (event.value - BESIDE * self.width, event.value + BESIDE * self.width):
-            if self.lo <= q <= self.hi:
-                for orbit in self.near(event.points, event.value, q, double=double):
+        for q in self._sides(event.value):
+            for orbit in self.near(event.points, event.value, q, double=double):
+                self._follow(orbit, q)
+
+    def _return_to(self, end: CurveEnd) -> None:
+        """Follow orbits of any period that come back to a border from beyond a jump of the map."""
+        rng = np.random.default_rng(0)
+        for q in self._sides(end.value):
+            f, shares = self.at(q), np.geomspace(NEAREST, NEAR, CLOUD)[:, None]
+            ways = rng.normal(size=(CLOUD, self.f.dimension))
+            x = end.points[end.index] + shares * self.size * ways
+            paths = orbits(f, x, self.max_period)
+            off = np.abs(apart(f, paths, x[:, None]) / self.size).max(axis=2)
+            for p in range(1, self.max_period + 1):
+                for orbit in distinct_orbits(f, paths[off[:, p] < RETURNS, :p]):
                     self._follow(orbit, q)
+
+    def _sides(self, value: float) -> list[float]:
+        """Values just below and above one, as far as they are in the range."""
+        off = BESIDE * self.width
+        return [q for q in (value - off, value + off) if self.lo <= q <= self.hi]
 
     def _follow(self, orbit: PeriodicOrbitND, q: float) -> None:
         """Follow an orbit unless a curve passes through it."""
@@ -147,7 +201,8 @@ class OrbitSurvey:
         """Describe each event once, by value, with the orbits on both sides."""
         found: list[tuple[Bifurcation, list[tuple[Curve, int]]]] = []
         for curve in sorted(self.curves, key=lambda curve: curve.period or 0):
-            items = [(self._passed(item), item.row) for item in curve.bifurcations]
+            passed = [item for item in curve.bifurcations if item.kind != "border"]
+            items = [(self._passed(item), item.row) for item in passed]
             for row, end in zip((0, len(curve) - 1), curve.ends, strict=True):
                 items += [(self._ended(end), row)] if end.reason in KINDS else []
             for item, row in items:
@@ -336,6 +391,7 @@ def bifurcations_nd(
         unresolved=tuple(sorted([*survey.unresolved, *unresolved], key=lambda item: item.lo)),
         outside=tuple(outside),
         n_lists=lists,
+        coverage=survey.coverage,
         looks=tuple(sorted(looks.known)),
     )
 
@@ -354,19 +410,10 @@ class _Looks:
         for q in map(float, values):
             if q not in self.known and survey.lo <= q <= survey.hi:
                 f = survey.at(q)
-                starts = np.array([*f.spread(LOOKING), *self._stable(q)])
-                task: Callable[[], Any] = functools.partial(
-                    attractors, f, starts=starts[f.contains(starts)]
-                )
+                starts = survey.starts(q, f.spread(LOOKING))
+                task: Callable[[], Any] = functools.partial(attractors, f, starts=starts)
                 if (found := attempted(task, "attractors", q, q, survey.unresolved)) is not None:
                     self.known[q] = Look(q, tuple(found))
-
-    def _stable(self, q: float) -> Iterator[Floats]:
-        """Points of the stable orbits that are known: few starts meet a small basin."""
-        for curve in self.survey.curves:
-            if curve.values.min() <= q <= curve.values.max():
-                orbits = curve.all_at(**{self.survey.name: q})
-                yield from (orbit.points[0] for orbit in orbits if orbit.stable)
 
     def beside(self, item: Bifurcation) -> Bifurcation:
         """Add the attractors just below and just above an event."""

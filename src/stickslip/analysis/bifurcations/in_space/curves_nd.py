@@ -49,9 +49,10 @@ ANGLES: Final = {"fold": 0.0, "flip": np.pi}
 BORDERS: Final = ("border_collision", "enters_gap")
 NEAREST: Final = 1e-6  # of the domain: labels are compared so far to both sides of a border
 JUST_INSIDE: Final = 1e-9  # of the domain: where a map is read at its border
-SHARES: Final = np.geomspace(1e-12, 0.1, 23)  # of the domain: ways to a border that are tried
-PARTS: Final = 32  # of a bracket of a border, at once
-ROUNDS: Final = 10  # ... down to rounding
+SHARES: Final = np.geomspace(1e-12, 0.1, 12)  # of the domain: ways to a border that are tried
+PARTS: Final = 4  # of a bracket of a border, at once: maps may be expensive
+ROUNDS: Final = 26  # ... down to rounding
+ROUGHLY: Final = 13  # ... for differences, on which only Newton's steps depend
 RESONANCES: Final = {
     "resonance 1:1": 0.0,
     "resonance 1:2": np.pi,
@@ -77,9 +78,12 @@ class Critical:
         return found
 
     def others(self, critical: complex) -> float:
-        """Product of m - critical over all multipliers but the nearest one."""
+        """Slope of the characteristic polynomial: zero where the critical multiplier is double.
+
+        Known to rounding there, of which each of the two multipliers has half the digits.
+        """
         off = self.multipliers - critical
-        return float(np.prod(np.delete(off, np.argmin(np.abs(off)))).real)
+        return float(sum(np.prod(np.delete(off, k)).real for k in range(len(off))))
 
 
 @dataclass(eq=False)
@@ -247,8 +251,8 @@ class BorderEquations(PlaneOrbit):
         points, (q, s) = self.points(y), y[-2:].tolist()
         f, n, x = self.map_at(q, s), len(self.size), self.points(y)[self.index]
         steps = DIFFERENCE * np.diag(self.size)
-        found = self._distance(f, np.stack([x, *(x + steps), *(x - steps)]))
-        distance, ahead, behind = found[0], found[1 : n + 1], found[n + 1 :]
+        distance = self._distance(f, x[None], ROUNDS)[0]
+        ahead, behind = np.split(self._distance(f, np.concatenate([x + steps, x - steps])), 2)
         row = np.zeros(len(y))
         at = self.index * n
         row[at : at + n] = (ahead - behind) / (2 * DIFFERENCE * self.size)
@@ -275,7 +279,7 @@ class BorderEquations(PlaneOrbit):
         yield "multiplier 1", off_fold
         yield "multiplier -1", follower.off_flip
 
-    def _distance(self, f: FamilyND, x: Floats) -> Floats:
+    def _distance(self, f: FamilyND, x: Floats, rounds: int = ROUGHLY) -> Floats:
         """Measure the way from points (m, n) to the border, negative beyond it."""
         shares = np.append(-SHARES[::-1], np.append(0.0, SHARES))
         inside = self._inside(f, x, np.broadcast_to(shares, (len(x), len(shares))))
@@ -288,7 +292,7 @@ class BorderEquations(PlaneOrbit):
             raise LeavesRegion("the border is lost")
         k = np.argmin(off, axis=1)
         low, high = shares[k], shares[k + 1]
-        for _ in range(ROUNDS):
+        for _ in range(rounds):
             trial = np.linspace(low, high, PARTS + 1, axis=1)
             # Ends are known; beyond the first change others may follow.
             within = self._inside(f, x, trial[:, 1:-1])

@@ -125,8 +125,8 @@ export class BasinsView extends View {
   }
 }
 
-const percent = (/** @type {number} */ share) => `${short(100 * share, 3)} %`;
+export const percent = (/** @type {number} */ share) => `${short(100 * share, 3)} %`;
 
 /** @param {any} attractor */
-const name = ({ kind, period }) =>
+export const name = ({ kind, period }) =>
   kind === "periodic" ? `S${period}` : kind === "chaotic" ? "chaos" : kind;
