@@ -78,7 +78,7 @@ CASES = {
         record(600, 60.0, x=[0.0], v=[0.0]),
     ),
     "coulomb": Case(ss.examples.coulomb(), ("mu", "V"), record(600, 60.0, d=0.1)),
-    "coulomb map": Case(ss.examples.coulomb(), ("mu", "alpha"), points(50), 64),
+    "coulomb map": Case(ss.examples.coulomb(), ("mu", "alpha"), points(50), 256),
     "law9": Case(ss.examples.law9(), ("gamma", "alpha"), slips(0.38, 50), 256),
 }
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.maps.protocol import box_points
 from stickslip.checks import (
     MOST_KEPT,
     checked_interval,
@@ -55,7 +56,7 @@ LOOSE, TIGHT = 1e-2, 1e-4
 # given, or in hundredths of the scatter where none were.
 POOR, POOR_UNWEIGHED = 2.0, 30.0
 # Spread of starts about the model's parameters; of these the best are followed for some steps.
-ABOUT, KEPT, STEPS = 1.6, 6, 20
+ABOUT, KEPT, STEPS = 1.6, 6, 30
 # How much worse one motion may fit than its pieces did before it counts as lost.
 WORSE = 4.0
 
@@ -143,7 +144,7 @@ class Fit(Result):
             size, unit = (1.0, "times their errors") if known else (0.01, "of their scatter")
             told.append(
                 f"the model does not tell these data: residuals are some {self._size * size:.2g} "
-                f"{unit}. Look at units, at what is fixed, at where the search starts"
+                f"{unit}. Look at units, at what is fixed, at where the search starts (n_starts=)"
             )
         missed = sum(int(np.sum(~np.isfinite(each))) for each in self.fitted)
         if missed:
@@ -341,8 +342,8 @@ def fit(
     n_starts : int
         Look at so many values of the parameters first, the model's and others spread over the
         bounds (without bounds to a factor 1.6 about the model's), and search from the best: where
-        there are many local minima, as for points of a map with jumps. Some hundred are good for
-        two parameters.
+        there are many local minima, as for points of a map with jumps. 256 are good for two
+        parameters.
     max_evaluations : int
         Of the model, in each of the approaches.
     check_units : bool
@@ -392,10 +393,13 @@ def fit(
         before = [None] * len(given) if found is None else [a.states for a in found.answers]
         triples = zip(given, counts, before, strict=True)
         terms = [term_of(each, now, n, states) for each, n, states in triples]
-        problem = _Problem(now, names, terms, known, link)
-        search = _Search(problem, ranges, loss)
-        begin = search.begin(n_starts if found is None else 1)
-        stage = search.run(begin, evaluations)
+        begin = None
+        if found is None and n_starts > 1:
+            first = _Search(_Problem(now, names, [t.hurried() for t in terms], known, link), ranges)
+            begin = first.begin(n_starts)
+            spent += first.spent
+        search = _Search(_Problem(now, names, terms, known, link), ranges)
+        stage = search.run(search.problem.start if begin is None else begin, evaluations, loss)
         spent += search.spent
         if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
             break  # one motion has lost the data: its pieces have not
@@ -424,16 +428,22 @@ class _Problem:
         self.start = np.concatenate([values, *(term.start for term in terms)])
         self._last: tuple[bytes, list[Answer] | None] = (b"", None)
         self.refused = ""  # why there was no answer
-        answers = self.answers(self.start)
+        self.n_residuals = 0
+
+    def check(self, unknowns: Floats) -> None:
+        """ValueError where a search cannot start, or has too few data."""
+        answers = self.answers(unknowns)
         if answers is None:
             raise ValueError(f"the search cannot start: {self.refused}")
         n_data = sum(len(each.residuals) for each in answers)
-        n_unknown = len(self.start) - sum(len(each.links) for each in answers)
-        if n_data + len(priors) <= n_unknown:
+        n_links = sum(len(each.links) for each in answers)
+        n_unknown = len(self.start) - n_links
+        if n_data + len(self.priors) <= n_unknown:
             raise ValueError(
-                f"{n_data} data cannot tell {n_unknown} unknowns ({len(names)} parameters, and "
-                "starts of motions): give more data, or fix parameters."
+                f"{n_data} data cannot tell {n_unknown} unknowns ({len(self.names)} parameters, "
+                "and starts of motions): give more data, or fix parameters."
             )
+        self.n_residuals = n_data + n_links + len(self.priors)
 
     def changed(self, unknowns: Floats) -> Model:
         """Model with the parameters among the unknowns."""
@@ -443,26 +453,35 @@ class _Problem:
         """Answers of all terms; None where there is no such model, or a start is illegal."""
         key = unknowns.tobytes()
         if self._last[0] != key:
-            try:
-                model = self.changed(unknowns)
-                found = [
-                    term.answer(model, self.names, unknowns[own])
-                    for term, own in zip(self.terms, self.own, strict=True)
-                ]
-            except ValueError as error:
-                self._last, self.refused = (key, None), str(error)
-            else:
-                self._last = key, found
+            self._last = key, self._answered(unknowns, self.names)
         return self._last[1]
+
+    def _answered(self, unknowns: Floats, names: tuple[str, ...]) -> list[Answer] | None:
+        try:
+            model = self.changed(unknowns)
+            return [
+                term.answer(model, names, unknowns[own])
+                for term, own in zip(self.terms, self.own, strict=True)
+            ]
+        except ValueError as error:
+            self.refused = str(error)
+            return None
 
     def residuals(self, unknowns: Floats) -> Floats:
         """Residuals of the data, the links and the priors."""
         answers = self.answers(unknowns)
         if answers is None:
-            legal = self.answers(self.start)
-            assert legal is not None
-            size = sum(len(each.residuals) + len(each.links) for each in legal)
-            return np.full(size + len(self.priors), np.inf)  # the search takes a smaller step
+            return np.full(self.n_residuals, np.inf)  # the search takes a smaller step
+        return self._joined(answers, unknowns)
+
+    def misfit(self, unknowns: Floats) -> float:
+        """Badness of a start: what is far off counts little more than what is off."""
+        answers = self._answered(unknowns, ())  # no derivatives
+        if answers is None:
+            return float(np.inf)
+        return float(np.sum(np.log1p(self._joined(answers, unknowns) ** 2)))
+
+    def _joined(self, answers: list[Answer], unknowns: Floats) -> Floats:
         known = [
             (unknowns[self.names.index(name)] - mean) / error
             for name, (mean, error) in self.priors.items()
@@ -489,41 +508,43 @@ class _Problem:
 
 
 class _Search:
-    """Least squares of a problem, from the best of several starts."""
+    """Least squares of a problem, within ranges of its parameters."""
 
-    def __init__(self, problem: _Problem, ranges: tuple[Floats, Floats], loss: Loss) -> None:
-        self.problem, self.loss, self.spent = problem, loss, 0
+    def __init__(self, problem: _Problem, ranges: tuple[Floats, Floats]) -> None:
+        self.problem, self.spent = problem, 0
         free = np.full(problem.n_own, np.inf)
         self.low, self.high = (
             np.concatenate([end, sign * free]) for end, sign in zip(ranges, (-1, 1), strict=True)
         )
 
-    def run(self, begin: Floats, evaluations: int) -> _Stage:
+    def run(self, begin: Floats, evaluations: int, loss: Loss) -> _Stage:
         """Search from one start."""
         from scipy.optimize import least_squares  # loads linear algebra
 
+        begin = np.clip(begin, self.low, self.high)
+        self.problem.check(begin)
         found = least_squares(
             self.problem.residuals,
-            np.clip(begin, self.low, self.high),
+            begin,
             self.problem.jacobian,
             bounds=(self.low, self.high),
             x_scale="jac",
-            loss=self.loss,
+            loss=loss,
             max_nfev=evaluations,
         )
         self.spent += int(found.nfev)
         return _Stage(self.problem, np.asarray(found.x), bool(found.status > 0))
 
     def begin(self, n_starts: int) -> Floats:
-        """Where to search: the best of the starts, each after a few steps."""
-        given = self.problem.start
-        if n_starts == 1:
-            return given
-        others = self._spread(n_starts - 1)
-        self.spent += len(others)
-        told = sorted(others, key=self._misfit)[:KEPT]
-        stages = [self.run(start, STEPS) for start in (given, *told)]
-        return min(stages, key=lambda stage: stage.chi2).unknowns
+        """Where to search: of many starts the best, each after a few steps."""
+        # Points that a trial puts on the wrong side of a jump are far off, however near it is:
+        # starts are ranked, and followed, by a sum of logarithms, which hardly feels them.
+        starts = [self.problem.start, *self._spread(n_starts - 1)]
+        told = [(misfit, k) for k, misfit in enumerate(map(self.problem.misfit, starts))]
+        self.spent += n_starts
+        kept = [starts[k] for misfit, k in sorted(told)[:KEPT] if np.isfinite(misfit)]
+        ends = [self.run(start, STEPS, "cauchy").unknowns for start in kept]
+        return min(ends, key=self.problem.misfit, default=self.problem.start)
 
     def _spread(self, n: int) -> list[Floats]:
         """Spread the parameters of starts evenly over their ranges."""
@@ -533,14 +554,9 @@ class _Search:
         bounded = np.isfinite(self.low[:k]) & np.isfinite(self.high[:k])
         low = np.where(bounded, self.low[:k], np.maximum(about[0], self.low[:k]))
         high = np.where(bounded, self.high[:k], np.minimum(about[1], self.high[:k]))
-        ratio = float(np.roots([1.0, *np.zeros(k - 1), -1.0, -1.0]).real.max())  # x^(k+1) = x + 1
-        shares = np.arange(1, n + 1)[:, None] * ratio ** -np.arange(1.0, k + 1.0) % 1.0
         rest = self.problem.start[k:]
-        return [np.concatenate([low + share * (high - low), rest]) for share in shares]
-
-    def _misfit(self, unknowns: Floats) -> float:
-        """Badness of a start: what is far off counts little more than what is off."""
-        return float(np.sum(np.log1p(self.problem.residuals(unknowns) ** 2)))
+        points = box_points(np.column_stack([low, high]), n)
+        return [np.concatenate([point, rest]) for point in points]
 
 
 class _Stage(NamedTuple):

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # Least residual, in standard errors, of what a trial does not reach or does not have.
 MISSED = 100.0
+# Events of a motion between two global stick phases in a first look; most have about ten.
+FEW = 100
 # Standard errors of a velocity within which a block counts as riding.
 SURE = 3.0
 
@@ -51,6 +53,10 @@ class Term(ABC):
     def states(self, model: Model, own: Floats) -> Floats:
         """States that motions start from, of the term's own unknowns."""
         return own
+
+    def hurried(self) -> Term:
+        """Return the term for a first look, to which what takes long counts as missed."""
+        return self
 
     @abstractmethod
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
@@ -276,11 +282,12 @@ def sampled(
 ) -> tuple[Floats, Floats]:
     """Return states (times, 2 N), NaN beyond the end of the motion, and their derivatives."""
     motion = simulate(model, **start, t_end=float(t[-1]))
-    by = motion.derivative(*names)
     inside = t <= motion.t[-1]
     values = np.full((len(t), 2 * len(model.plant.mass)), np.nan)
     values[inside] = np.concatenate([motion.x(t[inside]), motion.v(t[inside])], axis=-1)
-    return values, np.concatenate(by.states(t), axis=1)
+    if not names:
+        return values, np.zeros((*values.shape, 0))
+    return values, np.concatenate(motion.derivative(*names).states(t), axis=1)
 
 
 class EventTerm(Term):
@@ -307,11 +314,12 @@ class EventTerm(Term):
             for k, event in enumerate(motion.events)
             if event.block == data.block and event.kind == data.kind
         ][: len(times)]
-        by = motion.derivative(*asked)
         fitted = np.full(len(times), np.nan)
         fitted[: len(chosen)] = [motion.events[k].time for k in chosen]
         gradient = np.zeros((len(times), len(asked)))
-        gradient[: len(chosen)] = np.nan_to_num(by.event_times[chosen])
+        if asked:
+            by = motion.derivative(*asked)
+            gradient[: len(chosen)] = np.nan_to_num(by.event_times[chosen])
         off = (fitted - times) / self.sigma
         width = len(names) + len(own)
         return Answer(
@@ -340,14 +348,18 @@ class EventTerm(Term):
 class MapTerm(Term):
     """Points of an event map."""
 
-    def __init__(self, data: MapPoints) -> None:
-        self.data = data
+    def __init__(self, data: MapPoints, max_events: int = 10_000) -> None:
+        self.data, self.max_events = data, max_events
         self.start = np.zeros(0)
         self.sigma = data.sigma or guessed(np.asarray(data.value)[:, None])
 
+    def hurried(self) -> Term:
+        """Return the term that gives up motions after few events."""
+        return MapTerm(self.data, FEW)
+
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Evaluate the map."""
-        f: Any = event_map(model)
+        f: Any = event_map(model, max_events=self.max_events)
         low, high = f.domain
         d, value = np.asarray(self.data.d), np.asarray(self.data.value)
         inside = (d >= low) & (d <= high)
