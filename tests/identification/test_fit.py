@@ -89,6 +89,20 @@ def test_a_chaotic_motion_from_fifty_points_of_its_map() -> None:
     assert inside(found, {"gamma": 3.0, "alpha": model.alpha})
 
 
+def test_periods_of_cycles_over_the_speed_of_the_belt() -> None:
+    V = np.linspace(0.05, 0.35, 12)
+    cycles = [ss.find_cycle(BLOCK.replace(V=speed), [0.0], [0.0]) for speed in V.tolist()]
+    period, sigma = noisy(np.array([cycle.period for cycle in cycles]))
+    data = ss.CyclePeriods(V, period, sigma=sigma)
+    found = ss.fit(BLOCK.replace(mu=0.4, speed=0.25), data, ["mu", "speed"])
+    assert inside(found, {"mu": 0.5, "speed": 0.3})
+    assert found.matched == ("12 of 12 periods of cycles",)
+    none = ss.fit(BLOCK, ss.CyclePeriods([0.2, 30.0], period[:2], sigma=sigma), ["mu"])
+    assert "1 of 2 data are not met" in none.message  # it settles to slide
+    with pytest.raises(ValueError, match="one belt"):
+        ss.fit(BLOCK.replace(forcing=ss.Harmonic(amplitude=1.0, frequency=1.0)), data, ["mu"])
+
+
 def test_forces_over_speeds_and_a_record_together() -> None:
     s = np.linspace(0.01, 1.5, 40)
     force, sigma = noisy(BLOCK.friction.force(s))
@@ -195,6 +209,7 @@ GOOD = np.linspace(0.0, 9.0, 10)
         ("ascend", lambda: ss.EventTimes([2.0, 1.0], d=0.1)),
         ("hold 2 and 3 numbers", lambda: ss.MapPoints([0.1, 0.2], [0.1, 0.2, 0.3])),
         ("speed = -0.1", lambda: ss.ForcePoints([-0.1], [0.3])),
+        ("period = -1", lambda: ss.CyclePeriods([0.1], [-1.0])),
     ],
 )  # fmt: skip
 def test_bad_data_are_refused_by_name(told: str, make) -> None:  # type: ignore[no-untyped-def]
@@ -242,6 +257,8 @@ def test_units_that_are_wrong_by_a_thousand_are_told(factor: float) -> None:
         (BLOCK, ss.Record(factor * long, later), "it lasts|an oscillation takes some"),
         (two, ss.EventTimes(factor * times, d=0.1), "from one event to the next"),
         (two, ss.MapPoints(factor * orbit[:-1], factor * orbit[1:]), "d reaches"),
+        (BLOCK, ss.CyclePeriods([0.1, 0.2], [factor * 9.0, factor * 9.0]), "periods reach"),
+        (BLOCK, ss.CyclePeriods([factor * 0.1, factor * 0.2], [9.0, 9.0]), "V reaches"),
     ]
     for model, data, told in cases:
         with pytest.raises(ValueError, match=told):
@@ -368,12 +385,12 @@ def test_many_starts_find_what_one_start_misses(mu: float, alpha: float) -> None
 
 def test_a_start_that_meets_nothing_is_one_of_many() -> None:
     model = ss.examples.coulomb()
-    low, high = ss.event_map(model).domain
+    _, high = ss.event_map(model).domain
     d = np.linspace(0.9 * high, high, 12)[:-1]
     data = ss.MapPoints(d, ss.event_map(model)(d), sigma=1e-3)
     begun = model.replace(alpha=1.56)  # whose domain ends before
     assert ss.event_map(begun).domain[1] < d[0]
-    with pytest.raises(ValueError, match="cannot start.*nothing of the data"):
+    with pytest.raises(ValueError, match=r"cannot start.*nothing of the data"):
         ss.fit(begun, data, ["alpha"])
     found = ss.fit(begun, data, ["alpha"], n_starts=64)
     assert found.values[0] == pytest.approx(1.2, rel=1e-6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from stickslip.checks import (
     whole_number,
 )
 from stickslip.identification.belonging import check_belongs
-from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
+from stickslip.identification.data import Data, EventTimes, Record
 from stickslip.identification.errors import (
     HELD,
     POINTS,
@@ -326,7 +326,7 @@ def fit(
     ----------
     model : TwoBlock, Blocks, Chain, Oscillator or Structure
         Its parameters are where the search starts; those not listed stay.
-    data : Record, EventTimes, MapPoints or ForcePoints, or several of them
+    data : Record, EventTimes, MapPoints, ForcePoints or CyclePeriods, or several of them
     parameters : sequence of str
         Names among ``model.parameters``.
     bounds : mapping of str to (lo, hi), optional
@@ -606,12 +606,12 @@ def _pieces_of(model: Model, record: Record) -> int:
 
 
 def _listed(data: Any) -> tuple[Data, ...]:
-    kinds = Record | EventTimes | MapPoints | ForcePoints
+    kinds = get_args(Data)
     listed = [data] if isinstance(data, kinds) else list(data) if np.iterable(data) else []
-    what = "a Record, EventTimes, MapPoints or ForcePoints, or several of them"
+    what = "a Record, EventTimes, MapPoints, ForcePoints or CyclePeriods, or several of them"
     if not listed:
         raise ValueError(f"data = {shown(data)} is not {what}.")
-    return tuple(instance("data", each, kinds.__args__, what) for each in listed)
+    return tuple(instance("data", each, kinds, what) for each in listed)
 
 
 def _weighed(data: tuple[Data, ...]) -> bool:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +13,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.identification.data import EventTimes, ForcePoints, MapPoints, Record, guessed
+from stickslip.errors import NoCycleError
+from stickslip.identification.data import (
+    CyclePeriods,
+    EventTimes,
+    ForcePoints,
+    MapPoints,
+    Record,
+    guessed,
+)
+from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.dense import piece_row
 from stickslip.mechanics.flow.system import BACKWARD, FORWARD
@@ -379,6 +389,37 @@ class MapTerm(Term):
         )
 
 
+class PeriodTerm(Term):
+    """Periods of cycles over the speed of the belt."""
+
+    def __init__(self, data: CyclePeriods) -> None:
+        self.data = data
+        self.start = np.zeros(0)
+        self.sigma = data.sigma or guessed(np.asarray(data.period)[:, None])
+
+    def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
+        """Follow motions from rest to cycles, or to none."""
+        V, period = np.asarray(self.data.V), np.asarray(self.data.period)
+        fitted, gradient = np.full(len(V), np.nan), np.zeros((len(V), len(names)))
+        moving = [name for name in names if name != "V"]
+        columns = [names.index(name) for name in moving]
+        rest = np.zeros(len(model.plant.mass)), np.zeros(model.plant.n_positions)
+        for k, speed in enumerate(V.tolist()):
+            at_speed = model.replace(V=speed)
+            with contextlib.suppress(NoCycleError):
+                cycle = find_cycle(at_speed, *rest, max_events=FEW)
+                fitted[k] = cycle.period
+                if moving:
+                    gradient[k, columns] = cycle.period_derivative(*moving)
+        return Answer(
+            filled((fitted - period) / self.sigma),
+            np.nan_to_num(gradient / self.sigma),
+            fitted,
+            *no_links(len(names)),
+            f"{np.isfinite(fitted).sum()} of {len(V)} periods of cycles",
+        )
+
+
 class ForceTerm(Term):
     """Friction forces over slip speeds."""
 
@@ -430,4 +471,5 @@ def term_of(data: Any, model: Model, n_pieces: int, states: Floats | None = None
         return RecordTerm(data, model, n_pieces, states)
     if isinstance(data, EventTimes):
         return EventTerm(data, model)
-    return MapTerm(data) if isinstance(data, MapPoints) else ForceTerm(data)
+    others = {MapPoints: MapTerm, ForcePoints: ForceTerm, CyclePeriods: PeriodTerm}
+    return others[type(data)](data)
