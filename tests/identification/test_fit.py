@@ -120,6 +120,25 @@ def test_forces_over_speeds_and_a_record_together() -> None:
     assert ss.fit(other, points, ["gamma"]).aic > law_alone.aic + 10.0
 
 
+def test_laws_are_compared_by_what_they_tell_of_a_record_left_out() -> None:
+    def short(seed: int, x: float) -> ss.Record:
+        values, sigma = noisy(ss.simulate(BLOCK, [x], [0.0], t_end=20.0).x(T[:200]), seed)
+        return ss.Record(T[:200], values, sigma=sigma, x0=[x], v0=[0.0])
+
+    fitted, left_out = short(1, 0.0), short(2, -0.4)
+    unknown = ss.Record(T[:200], left_out.x, sigma=left_out.sigma)  # its start is estimated
+    right = ss.fit(BLOCK.replace(mu=0.45), fitted, ["mu", "speed"])
+    other = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.45), damping=0.1)
+    wrong = ss.fit(other, fitted, ["mu"])
+    for record in (left_out, unknown):
+        assert 140 < right.misfit(record) < 260  # 200 data
+        assert wrong.misfit(record) > 10 * right.misfit(record)
+    assert right.misfit(unknown) < right.misfit(left_out)
+    assert right.misfit(fitted) == pytest.approx(right.chi2, rel=1e-9)
+    with pytest.raises(ValueError, match="data = "):
+        right.misfit([])
+
+
 @pytest.mark.parametrize("pieces", [1, 4])
 def test_jacobians_are_the_limits_of_differences(pieces: int) -> None:
     data = record(BLOCK, x=[0.0], v=[0.0])

@@ -57,6 +57,7 @@ LOOSE, TIGHT = 1e-2, 1e-4
 POOR, POOR_UNWEIGHED = 2.0, 30.0
 # Spread of starts about the model's parameters; of these the best are followed for some steps.
 ABOUT, KEPT, STEPS = 1.6, 6, 30
+MOST = 200  # evaluations in an approach
 # How much worse one motion may fit than its pieces did before it counts as lost.
 WORSE = 4.0
 
@@ -205,6 +206,32 @@ class Fit(Result):
             raise ValueError(f"the data cannot tell {', '.join(self.undetermined)}: no error of it")
         return predict(self, quantity)
 
+    def misfit(self, data: Data | Sequence[Data]) -> float:
+        """Compare the fitted model with data that were not fitted.
+
+        Parameters
+        ----------
+        data : as of `fit`
+
+        Returns
+        -------
+        float
+            Sum of the squares of (model - data) / sigma, as `chi2`; states that motions start from
+            are estimated where they are not given. Summed over records that are left out in turn
+            it compares laws (cross-validation): less is better.
+
+        Raises
+        ------
+        ValueError
+            Data that do not belong to the model, or of which it meets nothing.
+        """
+        given = _listed(data)
+        for number, each in enumerate(given, start=1):
+            check_belongs(self.model, each, number, check_units=True)
+        ends = np.zeros(0), np.zeros(0)
+        found, _ = _searched(self.model, given, (), ends, {}, self.loss, None, 1, MOST)
+        return found.chi2
+
     def profile(self, name: str, values: ArrayLike | None = None) -> Profile:
         """Fit all other unknowns for each value of one parameter (profile likelihood).
 
@@ -314,7 +341,7 @@ def fit(
     pieces: int | None = None,
     loss: Loss = "linear",
     n_starts: int = 1,
-    max_evaluations: int = 200,
+    max_evaluations: int = MOST,
     check_units: bool = True,
 ) -> Fit:
     """Fit parameters of a model to measurements.
@@ -386,26 +413,45 @@ def fit(
     known = _priors(_by_name("priors", priors, names))
     for number, each in enumerate(given, start=1):
         check_belongs(model, each, number, check_units=check_units)
+    found, spent = _searched(
+        model, given, names, ranges, known, loss, pieces, n_starts, evaluations
+    )
+    return _result(model, found, ranges, given, spent, loss)
+
+
+def _searched(
+    model: Model,
+    data: tuple[Data, ...],
+    names: tuple[str, ...],
+    ranges: tuple[Floats, Floats],
+    priors: dict[str, tuple[float, float]],
+    loss: Loss,
+    pieces: int | None,
+    n_starts: int,
+    evaluations: int,
+) -> tuple[_Stage, int]:
+    """Search in fewer and fewer pieces; the last stage that has not lost the data, evaluations."""
     spent = 0
     found: _Stage | None = None
-    for counts, link in _stages(model, given, pieces):
+    for counts, link in _stages(model, data, pieces):
         now = model if found is None else found.problem.changed(found.unknowns)
-        before = [None] * len(given) if found is None else [a.states for a in found.answers]
-        triples = zip(given, counts, before, strict=True)
+        before = [None] * len(data) if found is None else [a.states for a in found.answers]
+        triples = zip(data, counts, before, strict=True)
         terms = [term_of(each, now, n, states) for each, n, states in triples]
-        begin = None
+        search = _Search(_Problem(now, names, terms, priors, link), ranges)
+        begin = search.problem.start
         if found is None and n_starts > 1:
-            first = _Search(_Problem(now, names, [t.hurried() for t in terms], known, link), ranges)
+            hurried = [term.hurried() for term in terms]
+            first = _Search(_Problem(now, names, hurried, priors, link), ranges)
             begin = first.begin(n_starts)
             spent += first.spent
-        search = _Search(_Problem(now, names, terms, known, link), ranges)
-        stage = search.run(search.problem.start if begin is None else begin, evaluations, loss)
+        stage = search.run(begin, evaluations, loss)
         spent += search.spent
         if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
             break  # one motion has lost the data: its pieces have not
         found = stage
     assert found is not None
-    return _result(model, found, ranges, given, spent, loss)
+    return found, spent
 
 
 class _Problem:
@@ -426,7 +472,7 @@ class _Problem:
         self.n_own = int(own[-1]) - len(names)
         values = np.array([model.parameters[name] for name in names])
         self.start = np.concatenate([values, *(term.start for term in terms)])
-        self._last: tuple[bytes, list[Answer] | None] = (b"", None)
+        self._last: tuple[bytes | None, list[Answer] | None] = (None, None)
         self.refused = ""  # why there was no answer
         self.n_residuals = 0
 
@@ -523,6 +569,8 @@ class _Search:
 
         begin = np.clip(begin, self.low, self.high)
         self.problem.check(begin)
+        if not len(begin):
+            return _Stage(self.problem, begin, converged=True)
         found = least_squares(
             self.problem.residuals,
             begin,

@@ -267,7 +267,7 @@ class _Rows:
             lost = ~np.isfinite(off)
             slope[lost] = 0.0
             off = filled(off)
-            part = off.ravel(), slope.reshape(-1, self.width), here.ravel()
+            part = off.ravel(), slope.reshape(off.size, self.width), here.ravel()
             self.parts.setdefault(name, []).append(part)
 
     def joined(self) -> tuple[Floats, Floats, Floats]:
