@@ -631,6 +631,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     "Fit": (
         force_fit,
         {
+            "misfit": {"data": lambda: ss.ForcePoints([0.1, 0.5], [0.8, 0.5])},
             "predict": {"quantity": lambda: lambda model: model.friction.gamma},
             "profile": {"name": "gamma", "values": [2.9, 3.1]},
         },
