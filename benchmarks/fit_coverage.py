@@ -1,6 +1,6 @@
 """How often intervals hold the true parameters: fits of synthetic records, again and again.
 
-``python -m benchmarks.fit_coverage oscillator coulomb law9 --n 100``. Each repetition has noise of
+``python -m benchmarks.fit_coverage oscillator 'coulomb map' law9 --n 100``. Each has noise of
 its own, 1 per cent of the scatter, and starts up to 30 per cent off.
 """
 
@@ -48,6 +48,17 @@ def record(n: int, t_end: float, **start: Any) -> Callable[[Any, np.random.Gener
     return measure
 
 
+def speeds(n: int, t_end: float) -> Callable[[Any, np.random.Generator], Any]:
+    """Velocities of all bodies at equally spaced times of a motion from rest."""
+
+    def measure(model: Any, rng: np.random.Generator) -> Any:
+        t, rest = np.linspace(0.0, t_end, n), np.zeros(len(model.plant.mass))
+        v, sigma = noisy(ss.simulate(model, rest, rest, t_end=t_end).v(t), rng)
+        return ss.Record(t, v=v, sigma_v=sigma, x0=rest, v0=rest)
+
+    return measure
+
+
 def points(n: int) -> Callable[[Any, np.random.Generator], Any]:
     """Points spread over the domain of the map, each with a noisy next one."""
 
@@ -71,6 +82,15 @@ def slips(d: float, n: int) -> Callable[[Any, np.random.Generator], Any]:
     return measure
 
 
+ROCK = ss.Stribeck(mu=0.5, speed=2.0, viscous=0.02)
+DRILL_STRING = ss.Structure(
+    mass=np.diag([0.4, 0.04]),
+    stiffness=0.08 * np.array([[1.0, -1.0], [-1.0, 1.0]]),
+    damping=np.diag([2.0, 0.0]),
+    force=[12.0, 0.0],
+    contacts=[ss.Contact(at=1, static=0.3, friction=ROCK)],
+)
+
 CASES = {
     "oscillator": Case(
         ss.Oscillator(V=0.2, friction=ss.Stribeck(mu=0.5, speed=0.3), damping=0.1),
@@ -78,7 +98,8 @@ CASES = {
         record(600, 60.0, x=[0.0], v=[0.0]),
     ),
     "coulomb": Case(ss.examples.coulomb(), ("mu", "V"), record(600, 60.0, d=0.1)),
-    "coulomb map": Case(ss.examples.coulomb(), ("mu", "alpha"), points(50), 64),
+    "coulomb map": Case(ss.examples.coulomb(), ("mu", "alpha"), points(50), 256),
+    "drill string": Case(DRILL_STRING, ("mu_1", "speed_1", "static_1"), speeds(300, 30.0)),
     "law9": Case(ss.examples.law9(), ("gamma", "alpha"), slips(0.38, 50), 256),
 }
 

@@ -377,6 +377,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "Record": {"t": [0.0, 1.0, 2.0, 3.0, 4.0], "x": [0.0, 0.1, 0.2, 0.1, 0.3], "sigma": 0.1},
     "EventTimes": {"times": [1.0, 2.0], "d": 0.1},
     "MapPoints": {"d": [0.1, 0.2], "value": [0.2, 0.3]},
+    "CyclePeriods": {"V": [0.1, 0.2], "period": [9.0, 8.0]},
     "ForcePoints": {"speed": [0.1, 0.2, 0.3], "force": [0.3, 0.25, 0.2]},
     "fit": {
         "model": oscillator,
@@ -624,11 +625,13 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         {"to_dimensionless": UNITS},
     ),
     "EventTimes": (lambda: ss.EventTimes([1.0, 2.0], d=0.1), {"to_dimensionless": UNITS}),
+    "CyclePeriods": (lambda: ss.CyclePeriods([0.1], [9.0]), {"to_dimensionless": UNITS}),
     "MapPoints": (lambda: ss.MapPoints([0.1], [0.2]), {"to_dimensionless": UNITS}),
     "ForcePoints": (lambda: ss.ForcePoints([0.1], [0.2]), {"to_dimensionless": UNITS}),
     "Fit": (
         force_fit,
         {
+            "misfit": {"data": lambda: ss.ForcePoints([0.1, 0.5], [0.8, 0.5])},
             "predict": {"quantity": lambda: lambda model: model.friction.gamma},
             "profile": {"name": "gamma", "values": [2.9, 3.1]},
         },
@@ -676,7 +679,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         lambda: ss.invariant_density(maps.tent(1.9), ss.attractors(maps.tent(1.9))[0], cells=50),
         {"__call__": {"x": 0.5}, "cumulative": {"x": 0.5}, "mean": {"func": abs}},
     ),
-    "Cycle": (cycle, SAVE),
+    "Cycle": (cycle, {**SAVE, "period_derivative": {"names": "V"}}),
     "CycleList": (cycles, SAVE),
     "Curve of cycles": (cycle_branch, {**SAVE, "at": {"damping": 1.005}}),
     "TrappingBall": (

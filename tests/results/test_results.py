@@ -26,7 +26,7 @@ OTHERS = {
     *("EventMap", "BlocksEventMap", "QuasistaticMap", "StroboscopicMap"),
     *("ReturnMap", "LineReturnMap"),
     *("Dataset", "Axis", "SlipStream", "Path", "Explorer"),
-    *("Record", "EventTimes", "MapPoints", "ForcePoints"),
+    *("Record", "EventTimes", "MapPoints", "ForcePoints", "CyclePeriods"),
 }
 NAMES = Samples().names
 

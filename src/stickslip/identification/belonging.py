@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
+from stickslip.identification.data import (
+    CyclePeriods,
+    Data,
+    EventTimes,
+    ForcePoints,
+    MapPoints,
+    Record,
+)
 from stickslip.identification.terms import natural_period
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.trajectory import simulate
@@ -38,6 +45,10 @@ def _check_blocks(model: Model, data: Data, place: str) -> None:
     if isinstance(data, MapPoints):
         if model.n_blocks != 2 or not plant.rubs_as_one:
             raise ValueError(f"{place}: MapPoints are those of two blocks on one belt")
+        return
+    if isinstance(data, CyclePeriods):
+        if "V" not in model.parameters or plant.is_forced:
+            raise ValueError(f"{place}: CyclePeriods are those of blocks on one belt, not forced")
         return
     blocks = data.blocks if isinstance(data, Record) else (data.block,)
     n = len(plant.mass) if isinstance(data, Record) else plant.n_contacts
@@ -85,6 +96,10 @@ def _sizes(model: Model, data: Data) -> list[_Size]:
         each = times[-1] / len(times)
         return [_Size("from one event to the next it takes some", each, period, fast, *OSCILLATION)]
     speeds, reach = _scales(model, period)
+    if isinstance(data, CyclePeriods):
+        longest = _Size("periods reach", _largest(np.asarray(data.period)), period, fast)
+        belt = _Size("V reaches", _largest(np.asarray(data.V)), speeds, "the model's are some")
+        return [longest._replace(low=OSCILLATION[0], high=OSCILLATION[1]), belt]
     if isinstance(data, ForcePoints):
         force, speed = _largest(np.asarray(data.force)), _largest(np.asarray(data.speed))
         limit = "the static limit of the contact is taken for"

@@ -1,4 +1,4 @@
-"""Measurements: records of motions, times of events, points of a map, forces over speeds."""
+"""Measurements: records of motions, times of events, points of a map, forces, periods."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class _Measured:
 
         Returns
         -------
-        Record, EventTimes, MapPoints or ForcePoints
+        Record, EventTimes, MapPoints, ForcePoints or CyclePeriods
             The same in the units of the model.
 
         Raises
@@ -301,7 +301,48 @@ class ForcePoints(_Measured):
         self._store(**pairs, sigma=_sigma("sigma", self.sigma), block=block, forward=forward)
 
 
-Data: TypeAlias = Record | EventTimes | MapPoints | ForcePoints
+@suggests
+@part
+@dataclass(frozen=True, eq=False)
+class CyclePeriods(_Measured):
+    """Periods of stick-slip at some speeds of the belt.
+
+    Parameters
+    ----------
+    V : array_like of float, shape (n,)
+        Speeds of the belt.
+    period : array_like of float, shape (n,)
+        Of the steady motion there, > 0.
+    sigma : float, optional
+        Standard error of `period`, as in `Record`.
+
+    Raises
+    ------
+    ValueError
+        What is not allowed, by name.
+
+    Notes
+    -----
+    The cycle of a model is the one that a motion from rest comes to.
+    """
+
+    V: Any
+    period: Any
+    sigma: float | None = None
+    _quantities: ClassVar[Mapping[str, Quantity]] = {
+        "V": "velocity",
+        **dict.fromkeys(("period", "sigma"), "time"),
+    }
+
+    def __post_init__(self) -> None:
+        """Check every number."""
+        pairs = _pairs(self, "V", "period")
+        if pairs["period"].min() <= 0.0:
+            raise ValueError(f"period = {pairs['period'].min():.6g}: periods are > 0")
+        self._store(**pairs, sigma=_sigma("sigma", self.sigma))
+
+
+Data: TypeAlias = Record | EventTimes | MapPoints | ForcePoints | CyclePeriods
 
 
 def series(name: str, values: object) -> Floats:

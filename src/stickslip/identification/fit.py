@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
+from stickslip.analysis.maps.protocol import box_points
 from stickslip.checks import (
     MOST_KEPT,
     checked_interval,
@@ -21,7 +22,7 @@ from stickslip.checks import (
     whole_number,
 )
 from stickslip.identification.belonging import check_belongs
-from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
+from stickslip.identification.data import Data, EventTimes, Record
 from stickslip.identification.errors import (
     HELD,
     POINTS,
@@ -55,7 +56,8 @@ LOOSE, TIGHT = 1e-2, 1e-4
 # given, or in hundredths of the scatter where none were.
 POOR, POOR_UNWEIGHED = 2.0, 30.0
 # Spread of starts about the model's parameters; of these the best are followed for some steps.
-ABOUT, KEPT, STEPS = 1.6, 6, 20
+ABOUT, KEPT, STEPS = 1.6, 6, 30
+MOST = 200  # evaluations in an approach
 # How much worse one motion may fit than its pieces did before it counts as lost.
 WORSE = 4.0
 
@@ -143,7 +145,7 @@ class Fit(Result):
             size, unit = (1.0, "times their errors") if known else (0.01, "of their scatter")
             told.append(
                 f"the model does not tell these data: residuals are some {self._size * size:.2g} "
-                f"{unit}. Look at units, at what is fixed, at where the search starts"
+                f"{unit}. Look at units, at what is fixed, at where the search starts (n_starts=)"
             )
         missed = sum(int(np.sum(~np.isfinite(each))) for each in self.fitted)
         if missed:
@@ -203,6 +205,32 @@ class Fit(Result):
         if self.undetermined:
             raise ValueError(f"the data cannot tell {', '.join(self.undetermined)}: no error of it")
         return predict(self, quantity)
+
+    def misfit(self, data: Data | Sequence[Data]) -> float:
+        """Compare the fitted model with data that were not fitted.
+
+        Parameters
+        ----------
+        data : as of `fit`
+
+        Returns
+        -------
+        float
+            Sum of the squares of (model - data) / sigma, as `chi2`; states that motions start from
+            are estimated where they are not given. Summed over records that are left out in turn
+            it compares laws (cross-validation): less is better.
+
+        Raises
+        ------
+        ValueError
+            Data that do not belong to the model, or of which it meets nothing.
+        """
+        given = _listed(data)
+        for number, each in enumerate(given, start=1):
+            check_belongs(self.model, each, number, check_units=True)
+        ends = np.zeros(0), np.zeros(0)
+        found, _ = _searched(self.model, given, (), ends, {}, self.loss, None, 1, MOST)
+        return found.chi2
 
     def profile(self, name: str, values: ArrayLike | None = None) -> Profile:
         """Fit all other unknowns for each value of one parameter (profile likelihood).
@@ -313,7 +341,7 @@ def fit(
     pieces: int | None = None,
     loss: Loss = "linear",
     n_starts: int = 1,
-    max_evaluations: int = 200,
+    max_evaluations: int = MOST,
     check_units: bool = True,
 ) -> Fit:
     """Fit parameters of a model to measurements.
@@ -325,7 +353,7 @@ def fit(
     ----------
     model : TwoBlock, Blocks, Chain, Oscillator or Structure
         Its parameters are where the search starts; those not listed stay.
-    data : Record, EventTimes, MapPoints or ForcePoints, or several of them
+    data : Record, EventTimes, MapPoints, ForcePoints or CyclePeriods, or several of them
     parameters : sequence of str
         Names among ``model.parameters``.
     bounds : mapping of str to (lo, hi), optional
@@ -341,8 +369,8 @@ def fit(
     n_starts : int
         Look at so many values of the parameters first, the model's and others spread over the
         bounds (without bounds to a factor 1.6 about the model's), and search from the best: where
-        there are many local minima, as for points of a map with jumps. Some hundred are good for
-        two parameters.
+        there are many local minima, as for points of a map with jumps. 256 are good for two
+        parameters.
     max_evaluations : int
         Of the model, in each of the approaches.
     check_units : bool
@@ -385,23 +413,45 @@ def fit(
     known = _priors(_by_name("priors", priors, names))
     for number, each in enumerate(given, start=1):
         check_belongs(model, each, number, check_units=check_units)
+    found, spent = _searched(
+        model, given, names, ranges, known, loss, pieces, n_starts, evaluations
+    )
+    return _result(model, found, ranges, given, spent, loss)
+
+
+def _searched(
+    model: Model,
+    data: tuple[Data, ...],
+    names: tuple[str, ...],
+    ranges: tuple[Floats, Floats],
+    priors: dict[str, tuple[float, float]],
+    loss: Loss,
+    pieces: int | None,
+    n_starts: int,
+    evaluations: int,
+) -> tuple[_Stage, int]:
+    """Search in fewer and fewer pieces; the last stage that has not lost the data, evaluations."""
     spent = 0
     found: _Stage | None = None
-    for counts, link in _stages(model, given, pieces):
+    for counts, link in _stages(model, data, pieces):
         now = model if found is None else found.problem.changed(found.unknowns)
-        before = [None] * len(given) if found is None else [a.states for a in found.answers]
-        triples = zip(given, counts, before, strict=True)
+        before = [None] * len(data) if found is None else [a.states for a in found.answers]
+        triples = zip(data, counts, before, strict=True)
         terms = [term_of(each, now, n, states) for each, n, states in triples]
-        problem = _Problem(now, names, terms, known, link)
-        search = _Search(problem, ranges, loss)
-        begin = search.begin(n_starts if found is None else 1)
-        stage = search.run(begin, evaluations)
+        search = _Search(_Problem(now, names, terms, priors, link), ranges)
+        begin = search.problem.start
+        if found is None and n_starts > 1:
+            hurried = [term.hurried() for term in terms]
+            first = _Search(_Problem(now, names, hurried, priors, link), ranges)
+            begin = first.begin(n_starts)
+            spent += first.spent
+        stage = search.run(begin, evaluations, loss)
         spent += search.spent
         if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
             break  # one motion has lost the data: its pieces have not
         found = stage
     assert found is not None
-    return _result(model, found, ranges, given, spent, loss)
+    return found, spent
 
 
 class _Problem:
@@ -422,18 +472,24 @@ class _Problem:
         self.n_own = int(own[-1]) - len(names)
         values = np.array([model.parameters[name] for name in names])
         self.start = np.concatenate([values, *(term.start for term in terms)])
-        self._last: tuple[bytes, list[Answer] | None] = (b"", None)
+        self._last: tuple[bytes | None, list[Answer] | None] = (None, None)
         self.refused = ""  # why there was no answer
-        answers = self.answers(self.start)
+        self.n_residuals = 0
+
+    def check(self, unknowns: Floats) -> None:
+        """ValueError where a search cannot start, or has too few data."""
+        answers = self.answers(unknowns)
         if answers is None:
             raise ValueError(f"the search cannot start: {self.refused}")
         n_data = sum(len(each.residuals) for each in answers)
-        n_unknown = len(self.start) - sum(len(each.links) for each in answers)
-        if n_data + len(priors) <= n_unknown:
+        n_links = sum(len(each.links) for each in answers)
+        n_unknown = len(self.start) - n_links
+        if n_data + len(self.priors) <= n_unknown:
             raise ValueError(
-                f"{n_data} data cannot tell {n_unknown} unknowns ({len(names)} parameters, and "
-                "starts of motions): give more data, or fix parameters."
+                f"{n_data} data cannot tell {n_unknown} unknowns ({len(self.names)} parameters, "
+                "and starts of motions): give more data, or fix parameters."
             )
+        self.n_residuals = n_data + n_links + len(self.priors)
 
     def changed(self, unknowns: Floats) -> Model:
         """Model with the parameters among the unknowns."""
@@ -443,26 +499,35 @@ class _Problem:
         """Answers of all terms; None where there is no such model, or a start is illegal."""
         key = unknowns.tobytes()
         if self._last[0] != key:
-            try:
-                model = self.changed(unknowns)
-                found = [
-                    term.answer(model, self.names, unknowns[own])
-                    for term, own in zip(self.terms, self.own, strict=True)
-                ]
-            except ValueError as error:
-                self._last, self.refused = (key, None), str(error)
-            else:
-                self._last = key, found
+            self._last = key, self._answered(unknowns, self.names)
         return self._last[1]
+
+    def _answered(self, unknowns: Floats, names: tuple[str, ...]) -> list[Answer] | None:
+        try:
+            model = self.changed(unknowns)
+            return [
+                term.answer(model, names, unknowns[own])
+                for term, own in zip(self.terms, self.own, strict=True)
+            ]
+        except ValueError as error:
+            self.refused = str(error)
+            return None
 
     def residuals(self, unknowns: Floats) -> Floats:
         """Residuals of the data, the links and the priors."""
         answers = self.answers(unknowns)
         if answers is None:
-            legal = self.answers(self.start)
-            assert legal is not None
-            size = sum(len(each.residuals) + len(each.links) for each in legal)
-            return np.full(size + len(self.priors), np.inf)  # the search takes a smaller step
+            return np.full(self.n_residuals, np.inf)  # the search takes a smaller step
+        return self._joined(answers, unknowns)
+
+    def misfit(self, unknowns: Floats) -> float:
+        """Badness of a start: what is far off counts little more than what is off."""
+        answers = self._answered(unknowns, ())  # no derivatives
+        if answers is None:
+            return float(np.inf)
+        return float(np.sum(np.log1p(self._joined(answers, unknowns) ** 2)))
+
+    def _joined(self, answers: list[Answer], unknowns: Floats) -> Floats:
         known = [
             (unknowns[self.names.index(name)] - mean) / error
             for name, (mean, error) in self.priors.items()
@@ -489,41 +554,45 @@ class _Problem:
 
 
 class _Search:
-    """Least squares of a problem, from the best of several starts."""
+    """Least squares of a problem, within ranges of its parameters."""
 
-    def __init__(self, problem: _Problem, ranges: tuple[Floats, Floats], loss: Loss) -> None:
-        self.problem, self.loss, self.spent = problem, loss, 0
+    def __init__(self, problem: _Problem, ranges: tuple[Floats, Floats]) -> None:
+        self.problem, self.spent = problem, 0
         free = np.full(problem.n_own, np.inf)
         self.low, self.high = (
             np.concatenate([end, sign * free]) for end, sign in zip(ranges, (-1, 1), strict=True)
         )
 
-    def run(self, begin: Floats, evaluations: int) -> _Stage:
+    def run(self, begin: Floats, evaluations: int, loss: Loss) -> _Stage:
         """Search from one start."""
         from scipy.optimize import least_squares  # loads linear algebra
 
+        begin = np.clip(begin, self.low, self.high)
+        self.problem.check(begin)
+        if not len(begin):
+            return _Stage(self.problem, begin, converged=True)
         found = least_squares(
             self.problem.residuals,
-            np.clip(begin, self.low, self.high),
+            begin,
             self.problem.jacobian,
             bounds=(self.low, self.high),
             x_scale="jac",
-            loss=self.loss,
+            loss=loss,
             max_nfev=evaluations,
         )
         self.spent += int(found.nfev)
         return _Stage(self.problem, np.asarray(found.x), bool(found.status > 0))
 
     def begin(self, n_starts: int) -> Floats:
-        """Where to search: the best of the starts, each after a few steps."""
-        given = self.problem.start
-        if n_starts == 1:
-            return given
-        others = self._spread(n_starts - 1)
-        self.spent += len(others)
-        told = sorted(others, key=self._misfit)[:KEPT]
-        stages = [self.run(start, STEPS) for start in (given, *told)]
-        return min(stages, key=lambda stage: stage.chi2).unknowns
+        """Where to search: of many starts the best, each after a few steps."""
+        # Points that a trial puts on the wrong side of a jump are far off, however near it is:
+        # starts are ranked, and followed, by a sum of logarithms, which hardly feels them.
+        starts = [self.problem.start, *self._spread(n_starts - 1)]
+        told = [(misfit, k) for k, misfit in enumerate(map(self.problem.misfit, starts))]
+        self.spent += n_starts
+        kept = [starts[k] for misfit, k in sorted(told)[:KEPT] if np.isfinite(misfit)]
+        ends = [self.run(start, STEPS, "cauchy").unknowns for start in kept]
+        return min(ends, key=self.problem.misfit, default=self.problem.start)
 
     def _spread(self, n: int) -> list[Floats]:
         """Spread the parameters of starts evenly over their ranges."""
@@ -533,14 +602,9 @@ class _Search:
         bounded = np.isfinite(self.low[:k]) & np.isfinite(self.high[:k])
         low = np.where(bounded, self.low[:k], np.maximum(about[0], self.low[:k]))
         high = np.where(bounded, self.high[:k], np.minimum(about[1], self.high[:k]))
-        ratio = float(np.roots([1.0, *np.zeros(k - 1), -1.0, -1.0]).real.max())  # x^(k+1) = x + 1
-        shares = np.arange(1, n + 1)[:, None] * ratio ** -np.arange(1.0, k + 1.0) % 1.0
         rest = self.problem.start[k:]
-        return [np.concatenate([low + share * (high - low), rest]) for share in shares]
-
-    def _misfit(self, unknowns: Floats) -> float:
-        """Badness of a start: what is far off counts little more than what is off."""
-        return float(np.sum(np.log1p(self.problem.residuals(unknowns) ** 2)))
+        points = box_points(np.column_stack([low, high]), n)
+        return [np.concatenate([point, rest]) for point in points]
 
 
 class _Stage(NamedTuple):
@@ -590,12 +654,12 @@ def _pieces_of(model: Model, record: Record) -> int:
 
 
 def _listed(data: Any) -> tuple[Data, ...]:
-    kinds = Record | EventTimes | MapPoints | ForcePoints
+    kinds = get_args(Data)
     listed = [data] if isinstance(data, kinds) else list(data) if np.iterable(data) else []
-    what = "a Record, EventTimes, MapPoints or ForcePoints, or several of them"
+    what = "a Record, EventTimes, MapPoints, ForcePoints or CyclePeriods, or several of them"
     if not listed:
         raise ValueError(f"data = {shown(data)} is not {what}.")
-    return tuple(instance("data", each, kinds.__args__, what) for each in listed)
+    return tuple(instance("data", each, kinds, what) for each in listed)
 
 
 def _weighed(data: tuple[Data, ...]) -> bool:

@@ -12,7 +12,14 @@ import numpy as np
 
 from stickslip.checks import instance, shown
 from stickslip.files import read_text
-from stickslip.identification.data import Data, EventTimes, ForcePoints, MapPoints, Record
+from stickslip.identification.data import (
+    CyclePeriods,
+    Data,
+    EventTimes,
+    ForcePoints,
+    MapPoints,
+    Record,
+)
 from stickslip.mechanics.friction.values import within
 from stickslip.vocabulary import closest, did_you_mean
 
@@ -28,6 +35,7 @@ KINDS: Final[tuple[tuple[type[Any], tuple[str, ...], tuple[str, ...]], ...]] = (
     (Record, ("t",), ("x", "v")),
     (ForcePoints, ("speed", "force"), ()),
     (MapPoints, ("d", "value"), ()),
+    (CyclePeriods, ("V", "period"), ()),
     (EventTimes, ("times",), ()),
 )
 """What is measured: the columns that are needed, and those of which one is."""
@@ -51,8 +59,8 @@ def read_measurements(
         line that names the columns; lines that begin with # are left out.
     columns : mapping of str to str or to several, optional
         Columns of the file that hold `t`, `x`, `v` (one for each block), or `speed` and
-        `force`, or `d` and `value`, or `times`. Without, those that are called so, or
-        ``x_1, x_2, ...``; an empty list stands for none.
+        `force`, or `d` and `value`, or `V` and `period`, or `times`. Without, those that are
+        called so, or ``x_1, x_2, ...``; an empty list stands for none.
     units : Units, optional
         Units of the file, such as SI; without it numbers are those of the model.
     **settings
@@ -61,7 +69,7 @@ def read_measurements(
 
     Returns
     -------
-    Record, ForcePoints, MapPoints or EventTimes
+    Record, ForcePoints, MapPoints, CyclePeriods or EventTimes
         In the units of the model. Of `t` and `x` or `v` a `Record`, and so on.
 
     Raises
@@ -173,7 +181,7 @@ def _kind(found: Mapping[str, list[str]], header: list[str]) -> tuple[type[Any],
         there = [name for name in some if found[name]]
         if all(found[name] for name in needed) and (there or not some):
             return kind, [*needed, *there]
-    needs = "t with x or v; speed with force; d with value; or times"
+    needs = "t with x or v; speed with force; d with value; V with period; or times"
     near = next((told for name in header if (told := closest(name, list(NAMES)))), "")
     raise ValueError(
         f"the columns are {', '.join(map(shown, header))}: {needs} is needed. Rename columns, or "

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +13,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.identification.data import EventTimes, ForcePoints, MapPoints, Record, guessed
+from stickslip.errors import NoCycleError
+from stickslip.identification.data import (
+    CyclePeriods,
+    EventTimes,
+    ForcePoints,
+    MapPoints,
+    Record,
+    guessed,
+)
+from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.flow.dense import piece_row
 from stickslip.mechanics.flow.system import BACKWARD, FORWARD
@@ -26,6 +36,8 @@ if TYPE_CHECKING:
 
 # Least residual, in standard errors, of what a trial does not reach or does not have.
 MISSED = 100.0
+# Events of a motion between two global stick phases in a first look; most have about ten.
+FEW = 100
 # Standard errors of a velocity within which a block counts as riding.
 SURE = 3.0
 
@@ -51,6 +63,10 @@ class Term(ABC):
     def states(self, model: Model, own: Floats) -> Floats:
         """States that motions start from, of the term's own unknowns."""
         return own
+
+    def hurried(self) -> Term:
+        """Return the term for a first look, to which what takes long counts as missed."""
+        return self
 
     @abstractmethod
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
@@ -251,7 +267,7 @@ class _Rows:
             lost = ~np.isfinite(off)
             slope[lost] = 0.0
             off = filled(off)
-            part = off.ravel(), slope.reshape(-1, self.width), here.ravel()
+            part = off.ravel(), slope.reshape(off.size, self.width), here.ravel()
             self.parts.setdefault(name, []).append(part)
 
     def joined(self) -> tuple[Floats, Floats, Floats]:
@@ -276,11 +292,12 @@ def sampled(
 ) -> tuple[Floats, Floats]:
     """Return states (times, 2 N), NaN beyond the end of the motion, and their derivatives."""
     motion = simulate(model, **start, t_end=float(t[-1]))
-    by = motion.derivative(*names)
     inside = t <= motion.t[-1]
     values = np.full((len(t), 2 * len(model.plant.mass)), np.nan)
     values[inside] = np.concatenate([motion.x(t[inside]), motion.v(t[inside])], axis=-1)
-    return values, np.concatenate(by.states(t), axis=1)
+    if not names:
+        return values, np.zeros((*values.shape, 0))
+    return values, np.concatenate(motion.derivative(*names).states(t), axis=1)
 
 
 class EventTerm(Term):
@@ -307,11 +324,12 @@ class EventTerm(Term):
             for k, event in enumerate(motion.events)
             if event.block == data.block and event.kind == data.kind
         ][: len(times)]
-        by = motion.derivative(*asked)
         fitted = np.full(len(times), np.nan)
         fitted[: len(chosen)] = [motion.events[k].time for k in chosen]
         gradient = np.zeros((len(times), len(asked)))
-        gradient[: len(chosen)] = np.nan_to_num(by.event_times[chosen])
+        if asked:
+            by = motion.derivative(*asked)
+            gradient[: len(chosen)] = np.nan_to_num(by.event_times[chosen])
         off = (fitted - times) / self.sigma
         width = len(names) + len(own)
         return Answer(
@@ -340,14 +358,18 @@ class EventTerm(Term):
 class MapTerm(Term):
     """Points of an event map."""
 
-    def __init__(self, data: MapPoints) -> None:
-        self.data = data
+    def __init__(self, data: MapPoints, max_events: int = 10_000) -> None:
+        self.data, self.max_events = data, max_events
         self.start = np.zeros(0)
         self.sigma = data.sigma or guessed(np.asarray(data.value)[:, None])
 
+    def hurried(self) -> Term:
+        """Return the term that gives up motions after few events."""
+        return MapTerm(self.data, FEW)
+
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Evaluate the map."""
-        f: Any = event_map(model)
+        f: Any = event_map(model, max_events=self.max_events)
         low, high = f.domain
         d, value = np.asarray(self.data.d), np.asarray(self.data.value)
         inside = (d >= low) & (d <= high)
@@ -364,6 +386,37 @@ class MapTerm(Term):
             fitted,
             *no_links(len(names) + len(own)),
             f"{known.sum()} of {len(d)} points of the event map",
+        )
+
+
+class PeriodTerm(Term):
+    """Periods of cycles over the speed of the belt."""
+
+    def __init__(self, data: CyclePeriods) -> None:
+        self.data = data
+        self.start = np.zeros(0)
+        self.sigma = data.sigma or guessed(np.asarray(data.period)[:, None])
+
+    def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
+        """Follow motions from rest to cycles, or to none."""
+        V, period = np.asarray(self.data.V), np.asarray(self.data.period)
+        fitted, gradient = np.full(len(V), np.nan), np.zeros((len(V), len(names)))
+        moving = [name for name in names if name != "V"]
+        columns = [names.index(name) for name in moving]
+        rest = np.zeros(len(model.plant.mass)), np.zeros(model.plant.n_positions)
+        for k, speed in enumerate(V.tolist()):
+            at_speed = model.replace(V=speed)
+            with contextlib.suppress(NoCycleError):
+                cycle = find_cycle(at_speed, *rest, max_events=FEW)
+                fitted[k] = cycle.period
+                if moving:
+                    gradient[k, columns] = cycle.period_derivative(*moving)
+        return Answer(
+            filled((fitted - period) / self.sigma),
+            np.nan_to_num(gradient / self.sigma),
+            fitted,
+            *no_links(len(names)),
+            f"{np.isfinite(fitted).sum()} of {len(V)} periods of cycles",
         )
 
 
@@ -418,4 +471,5 @@ def term_of(data: Any, model: Model, n_pieces: int, states: Floats | None = None
         return RecordTerm(data, model, n_pieces, states)
     if isinstance(data, EventTimes):
         return EventTerm(data, model)
-    return MapTerm(data) if isinstance(data, MapPoints) else ForceTerm(data)
+    others = {MapPoints: MapTerm, ForcePoints: ForceTerm, CyclePeriods: PeriodTerm}
+    return others[type(data)](data)

@@ -10,8 +10,13 @@ from matplotlib.axes import Axes
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
 
-ABSCISSAE = {"Record": "t", "MapPoints": "d", "ForcePoints": "speed"}
-ORDINATES = {"EventTimes": "times", "MapPoints": "value", "ForcePoints": "force"}
+ABSCISSAE = {"Record": "t", "MapPoints": "d", "ForcePoints": "speed", "CyclePeriods": "V"}
+ORDINATES = {
+    "EventTimes": "times",
+    "MapPoints": "value",
+    "ForcePoints": "force",
+    "CyclePeriods": "period",
+}
 
 
 def plot_fit(fit: Any, ax: Axes | None = None, *, data: int = 1, **style: Any) -> Axes:

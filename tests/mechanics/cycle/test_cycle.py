@@ -195,3 +195,47 @@ def test_energy_balances_over_a_period(model: ss.TwoBlock | ss.Chain | ss.Oscill
 def test_energy_balances_over_a_cycle_that_repels() -> None:
     block = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3), damping=1.25)
     balanced(ss.find_cycle(block, ss.equilibria(block)[0].x + 0.198, [0.0]))
+
+
+@pytest.mark.parametrize("kind", ["one block", "two blocks", "drill string"])
+def test_the_derivative_of_a_period_is_the_limit_of_differences(kind):
+    law = ss.Stribeck(mu=0.5, speed=0.3)
+    spring = 0.08 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    rock = ss.Contact(at=1, static=0.3, friction=ss.Stribeck(mu=0.5, speed=2.0, viscous=0.02))
+    model, names = {
+        "one block": (ss.Oscillator(V=0.2, friction=law, damping=0.1), ("V", "damping", "speed")),
+        "two blocks": (
+            ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3)),
+            ("mu", "V", "beta"),
+        ),
+        "drill string": (
+            ss.Structure(
+                mass=np.diag([0.4, 0.04]),
+                stiffness=spring,
+                damping=np.diag([2.0, 0.0]),
+                force=[12.0, 0.0],
+                contacts=[rock],
+            ),
+            ("mass_2_2", "damping_1_1", "static_1"),
+        ),
+    }[kind]
+    rest = np.zeros(len(model.plant.mass))
+    found = ss.find_cycle(model, rest, rest)
+    for name, slope in zip(names, found.period_derivative(*names), strict=True):
+        own = model.parameters[name]
+        step = 1e-3 * own
+        near = [model.replace(**{name: own + k * step}) for k in (-3, -2, -1, 1, 2, 3)]
+        periods = [ss.find_cycle(each, found.x, found.v).period for each in near]
+        expected = np.dot([-1, 9, -45, 45, -9, 1], periods) / (60 * step)
+        assert slope == pytest.approx(expected, rel=1e-8)
+
+
+def test_the_period_of_a_forced_cycle_is_that_of_the_forcing():
+    forcing = ss.Harmonic(amplitude=2.0, frequency=0.7)
+    model = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.3), damping=0.1, forcing=forcing)
+    found = ss.find_cycle(model, [0.0], [0.0])
+    by_frequency, by_mu = found.period_derivative("forcing.frequency", "mu")
+    assert by_frequency == pytest.approx(-found.period / 0.7, rel=1e-12)
+    assert by_mu == 0.0
+    with pytest.raises(ValueError, match="at least one"):
+        found.period_derivative()

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from stickslip.mechanics.cycle.mode_changes import on_section
 from stickslip.mechanics.cycle.section import EVENTS, Shot
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
+from stickslip.mechanics.model.arguments import checked_parameter
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
@@ -80,6 +82,30 @@ class Cycle(Result):
         """Differences of the displacements in its global stick phases."""
         return self.trajectory.d
 
+    def period_derivative(self, *names: str) -> Floats:
+        """Differentiate the period by parameters, exactly.
+
+        Parameters
+        ----------
+        *names : str
+            Among ``model.parameters``.
+
+        Returns
+        -------
+        ndarray of float, shape (names,)
+            Of the cycle with the same sequence of modes; that of a multiplier 1 has none: inf or
+            of any size.
+
+        Raises
+        ------
+        ValueError
+            No name, or an unknown one.
+        """
+        if not names:
+            raise ValueError("names of parameters are needed, at least one")
+        known = [checked_parameter("names", self.model, name) for name in names]
+        return np.array([_period_rate(self, name) for name in known])
+
     def __repr__(self) -> str:
         """Period, multipliers and events."""
         word = "stable" if self.stable else "not stable"
@@ -96,6 +122,17 @@ class Cycle(Result):
         parts = (float(largest.real), float(largest.imag))
         facts = (self.period, *parts, self.stable, len(self.events), len(self.d))
         return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
+
+
+def _period_rate(cycle: Cycle, name: str) -> float:
+    """Differentiate the period by one parameter, by the equations of the cycle."""
+    shooting, unknowns = on_section(cycle, name)
+    _, jacobian, shot = shooting(unknowns)
+    if not shooting.free:
+        return shooting.rounds * shot.period_change
+    by_unknowns, by_parameter = jacobian[:, :-1], jacobian[:, -1]
+    rates = np.linalg.lstsq(by_unknowns, -by_parameter)[0]
+    return float(rates[shooting.n_states])
 
 
 def multiplier_text(value: complex) -> str:
