@@ -1,9 +1,7 @@
-"""One fit by several ways: exact derivatives, finite differences, friction made smooth.
+"""One fit by two ways: exact derivatives, and finite differences of exact motions.
 
 ``python -m benchmarks.fit_beside``. An oscillator's record, 600 displacements with 1 per cent
-noise, start known; each way begins at the same parameters. What is smooth has friction
-``-F(abs w) tanh(w / width)``, is integrated by diffrax and differentiated by JAX, both of which an
-environment must have (``pip install diffrax``); otherwise that row tells so.
+noise, start known; each way begins at the same parameters.
 """
 
 from __future__ import annotations
@@ -22,7 +20,6 @@ NAMES = ("mu", "speed", "damping")
 TRUE = np.array([MODEL.parameters[name] for name in NAMES])
 T = np.linspace(0.0, 60.0, 600)
 NOISE = 0.01
-WIDTHS = (0.02, 0.005)  # of the belt's speed 0.2: a tenth, a fortieth
 
 Way = Callable[[np.ndarray, ss.Record], np.ndarray]
 
@@ -54,57 +51,6 @@ def differences(begin: np.ndarray, record: ss.Record) -> np.ndarray:
         return np.asarray((motion.x(T)[:, 0] - measured) / sigma)
 
     return np.asarray(least_squares(residuals, begin, x_scale=begin, max_nfev=200).x)
-
-
-def smooth(width: float) -> Way:
-    """Friction made smooth: diffrax, forward derivatives, SciPy's least squares."""
-    import diffrax
-    import jax
-    import jax.numpy as jnp
-
-    jax.config.update("jax_enable_x64", True)
-
-    def rates(_: Any, z: Any, values: Any) -> Any:
-        mu, speed, damping = values
-        w = z[1] - MODEL.V
-        force = mu + (1.0 - mu) * jnp.exp(-jnp.abs(w) / speed)
-        return jnp.array([z[1], -z[0] - damping * z[1] - force * jnp.tanh(w / width)])
-
-    def motion(values: Any) -> Any:
-        return diffrax.diffeqsolve(
-            diffrax.ODETerm(rates),
-            diffrax.Kvaerno5(),
-            0.0,
-            T[-1],
-            None,
-            jnp.zeros(2),
-            values,
-            saveat=diffrax.SaveAt(ts=jnp.asarray(T)),
-            stepsize_controller=diffrax.PIDController(rtol=1e-6, atol=1e-9),
-            adjoint=diffrax.ForwardMode(),
-            max_steps=200_000,
-            throw=False,
-        ).ys[:, 0]
-
-    followed, differentiated = jax.jit(motion), jax.jit(jax.jacfwd(motion))
-    for compiled in (followed, differentiated):  # the wait for compilation is not counted
-        compiled(jnp.asarray(TRUE)).block_until_ready()
-
-    def fit(begin: np.ndarray, record: ss.Record) -> np.ndarray:
-        measured, sigma = np.asarray(record.x)[:, 0], record.sigma
-
-        def residuals(values: np.ndarray) -> np.ndarray:
-            return np.nan_to_num((np.asarray(followed(values)) - measured) / sigma, nan=1e3)
-
-        def jacobian(values: np.ndarray) -> np.ndarray:
-            return np.nan_to_num(np.asarray(differentiated(values)) / sigma)
-
-        low, high = [0.01, 0.01, 0.0], [1.0, 5.0, 5.0]
-        bounds = (low, high)
-        found = least_squares(residuals, begin, jacobian, bounds, x_scale=begin, max_nfev=200)
-        return np.asarray(found.x)
-
-    return fit
 
 
 def measured(seed: int) -> ss.Record:
@@ -142,10 +88,6 @@ def main(n: int = 8) -> None:
         "exact derivatives, one piece": exact_in_one_piece,
         "SciPy's differences of exact motions": differences,
     }
-    try:
-        ways |= {f"diffrax, friction over {width:g}": smooth(width) for width in WIDTHS}
-    except ImportError as missing:
-        print(f"no smooth friction: {missing}")
     for off in (0.02, 0.3):
         for name, way in ways.items():
             report(name, way, off, n)

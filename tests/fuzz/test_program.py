@@ -168,6 +168,7 @@ ALSO: Final = {
     "--model": ("model", "cannot use"),
     "--friction": ("friction", "law", "formula"),
     "--parameter": ("parameter",),
+    "--set": ("-p", "parameter"),  # its short name
     "--grid": ("-d",),
     "--at": ("at",),
     "--curve": ("curve", "cannot use"),
