@@ -178,6 +178,17 @@ def test_uncertainty_exponent_of_the_grebogi_map():
     assert np.allclose(ends, [0, math.pi], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize(("a", "fractal"), [(1.3, False), (1.33, True), (1.39, True)])
+def test_the_boundary_of_the_henon_map_becomes_fractal(a, fractal):
+    """Grebogi, Ott & Yorke (1986): the edge of infinity's basin is smooth up to a = 1.315."""
+    f = henon(a, -0.3, domain=((-2.5, 2.5), (-2.5, 1.5)))
+    dimension = ss.basins(f, grid=[(-2.0, 2.0, 500), (-1.9, 1.0, 500)]).boundary_dimension()
+    if fractal:
+        assert dimension.value - SIGMA * dimension.error > 1.05
+    else:
+        assert abs(dimension.value - 1.0) < max(0.02, SIGMA * dimension.error)
+
+
 @pytest.fixture(scope="module")
 def roots():
     f = newton()
