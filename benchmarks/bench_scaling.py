@@ -24,6 +24,13 @@ SIZES = (1, 8, 16, 64, 256, 512, 4096, 65_536, 1_000_000)
 LARGEST = {"Coulomb": 1_000_000, "law (9)": 65_536}
 MAX_EVENTS = 400
 MANY = 1_000_000
+SHARED = {
+    "two blocks": (ss.examples.coulomb(), MANY),
+    "chain of three": (
+        ss.Chain(static=[1.0, 1.2, 0.9], alpha=1.2, V=0.1, friction=ss.Coulomb(mu=0.22)),
+        10_000,
+    ),
+}
 
 each_case = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 needs_c = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -83,15 +90,17 @@ def _bare_arithmetic(arrays, n):
 
 @pytest.mark.skipif(available_threads() < 2, reason="this process may use one core only")
 @needs_c
+@pytest.mark.parametrize("name", SHARED)
 @pytest.mark.benchmark(timer=WALL, group="threads")
-def bench_threads(benchmark, report):
+def bench_threads(benchmark, report, name):
     """Two threads against one; bare arithmetic in turns and C: what the machine has to give.
 
     A virtual machine's two cores may be the two hyperthreads of one, now and then. C, which waits
     more than it computes, hardly shows that.
     """
-    case = CASES[0]
-    one, two, d = case.map(threads=1), case.map(threads=2), case.uniform(MANY)
+    model, n = SHARED[name]
+    one, two = (ss.event_map(model, threads=threads) for threads in (1, 2))
+    d = model.sample_domain(n, 1)
     arrays = np.ones((2, 2, 512))  # every other row: no cache line of two threads
 
     def bare(threads):
@@ -111,10 +120,11 @@ def bench_threads(benchmark, report):
     gain, bare_gain = (seconds[:, [0, 2]] / seconds[:, [1, 3]]).T
     report.add(
         THREADS,
-        maps=d.size,
+        model=name,
+        maps=n,
         **{
-            "1 thread, million/s": 1e-6 * d.size / float(np.median(seconds[:, 0])),
-            "2 threads, million/s": 1e-6 * d.size / float(np.median(seconds[:, 1])),
+            "1 thread, million/s": 1e-6 * n / float(np.median(seconds[:, 0])),
+            "2 threads, million/s": 1e-6 * n / float(np.median(seconds[:, 1])),
             "gain": float(np.median(gain)),
             "rounds": f"{gain.min():.2f} to {gain.max():.2f}",
             "of bare arithmetic": float(np.median(bare_gain)),
