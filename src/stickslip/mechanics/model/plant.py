@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import MOST_KEPT, flag, random_generator, whole_number
-from stickslip.numerics.arrays import Floats, Ints
+from stickslip.numerics.arrays import Floats, Ints, applied
 from stickslip.numerics.roots import EPSILON
 from stickslip.results.parts import part
 
@@ -412,11 +412,11 @@ class Plant:
         """Coordinates z = (y, w) of states; w is 0 where rounding explains the difference."""
         q, v = self.split(np.asarray(x, dtype=np.float64), np.asarray(v, dtype=np.float64))
         belt = self.belts(t)
-        reached, size = v @ self.out.T, np.abs(v) @ np.abs(self.out).T
+        reached, size = applied(self.out, v), applied(np.abs(self.out), np.abs(v))
         w = reached - belt
         w = np.where(np.abs(w) <= 2.0 * EPSILON * np.maximum(size, np.abs(belt)), 0.0, w)
         lead = self.reduced.out_matrix[:, self.reduced.n_free :]
-        free = (v - reached @ lead.T)[..., self.kept]
+        free = (v - applied(lead, reached))[..., self.kept]
         return np.concatenate([q, free, w], axis=-1)
 
     def states(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats]:
@@ -463,7 +463,7 @@ class Plant:
     def rows(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats, Floats]:
         """Rates y', needed forces and static limits at coordinates z."""
         r, n = self.reduced, self.n_waves
-        values = z @ r.matrix[n:, n:].T + r.constant[n:] + self.waves(t) @ r.matrix[n:, :n].T
+        values = applied(r.matrix[n:, n:], z) + r.constant[n:] + self.waves(t) @ r.matrix[n:, :n].T
         free = r.n_free - n
         m = free + self.n_contacts
         return values[..., :free], values[..., free:m], values[..., m:]
