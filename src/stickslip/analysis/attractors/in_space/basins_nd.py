@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     Integers = NDArray[np.int16]
 
-CHECKED: Final = (32, 8, 256)  # decided starts that are followed further: fewest, one in, most
+CHECKED: Final = 256  # decided starts that are followed further
 LONGER: Final = 10  # median times of settling by which they are
 FEWEST: Final = 100  # steps more at least
 STRICTER: Final = 4  # times as many steps in cells, if some of the checked starts came elsewhere
@@ -235,9 +235,7 @@ def find_basins(
     hits = HITS
     while True:
         decided = np.flatnonzero(fate >= 0)
-        fewest, one_in, most = CHECKED
-        count = 0 if work.interrupted else min(max(len(decided) // one_in, fewest), most)
-        checked = decided[:: max(1, len(decided) // max(count, 1))][:count]
+        checked = decided[:: max(1, len(decided) // CHECKED)][: 0 if work.interrupted else CHECKED]
         median = int(np.median(steps[checked])) if checked.size else 0
         later = orbits(f, x[checked], median + max(FEWEST, LONGER * median))[:, -1]
         again = fates(f, later, cells, max_steps, hits=hits)[0]
