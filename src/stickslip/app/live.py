@@ -46,15 +46,15 @@ def write(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     known = {}
     for name, law in LAWS.items():
-        engine = engine_for(TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law))
-        (folder / f"{name}.wasm").write_bytes(module(engine))
+        model = TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
+        engine = engine_for(model)
+        (folder / f"{name}.wasm").write_bytes(module(model, engine))
         known[name] = described(engine, law)
     (folder / "laws.json").write_bytes(msgspec.json.encode(known))
 
 
-def module(engine: Engine) -> bytes:
+def module(model: TwoBlock, engine: Engine) -> bytes:
     """Compile the entries ``map``, over points, and ``motion``, from a global stick phase."""
-    model = TwoBlock(*engine.system, friction=Coulomb(mu=0.5))
     backend = ScalarBackend(model, engine, CONTROLS, threads=1)
     none, of_start = engine.directions(), engine.directions(np.eye(1))
     outputs = new_outputs((POINTS, 1), 1)

@@ -43,6 +43,12 @@ class _PartLibrary(JITCodeLibrary):
         self._dynamic_globals += library._dynamic_globals
         self._codes.update(library.codes if isinstance(library, _PartLibrary) else _code(library))
 
+    def link_into(self, module: llvm.ModuleRef) -> None:
+        """Add all code to a module that calls it."""
+        # Callers first: the linker drops code that nothing calls yet.
+        for code in reversed(self.codes.values()):
+            module.link_in(llvm.parse_bitcode(code))
+
     def finalize(self) -> None:
         self._finalized = True
         self._finalize_dynamic_globals()
@@ -58,9 +64,7 @@ class _EntryLibrary(JITCodeLibrary):
     """Machine code of what Python calls: of its own, whatever other code the process has."""
 
     def finalize_with(self, part: _PartLibrary) -> None:
-        # Callers first: the linker drops code that nothing calls yet.
-        for code in reversed(part.codes.values()):
-            self._final_module.link_in(llvm.parse_bitcode(code))
+        part.link_into(self._final_module)
         self.finalize()
 
     def _optimize_final_module(self) -> None:
@@ -155,9 +159,7 @@ class _EntryCompiler(_FunctionCompiler):
         self._entry = entry
 
     def _compile_core(self, args: Any, result: Any) -> Any:
-        part = self._entry.part
-        part.compile(args)
-        made = part.overloads[args]
+        made = self._entry.lowered(args)
         target, descriptor = made.target_context, made.fndesc
         library = _EntryLibrary(target.codegen(), descriptor.qualname)
         library.enable_object_caching()
@@ -187,14 +189,18 @@ class Kernel(CPUDispatcher):
         """What kernels call; made when one does, or when this is compiled."""
         return _Part(self)
 
+    def lowered(self, args: tuple[Any, ...]) -> Any:
+        """Its part for some types, typed and lowered."""
+        self.part.compile(args)
+        return self.part.overloads[args]
+
     @property
     def _numba_type_(self) -> Any:
         return types.Dispatcher(self.part)
 
     def address(self, args: tuple[Any, ...]) -> int:
         """Where its machine code for some types is, called as numba calls functions."""
-        self.part.compile(args)
-        made = self.part.overloads[args]
+        made = self.lowered(args)
         target, name = made.target_context, made.fndesc.llvm_func_name
         library = _EntryLibrary(target.codegen(), name)
         module = library.create_ir_module("address")
@@ -218,8 +224,7 @@ def linked(
     `arguments` gets numba's target and a builder, and gives the values that the kernel is called
     with. Nothing is optimised yet.
     """
-    kernel.part.compile(kinds)
-    made = kernel.part.overloads[kinds]
+    made = kernel.lowered(kinds)
     target, known = made.target_context, made.fndesc
     module = _EntryLibrary(target.codegen(), name).create_ir_module(name)
     outside = ir.Function(module, ir.FunctionType(ir.VoidType(), []), name)
@@ -230,6 +235,5 @@ def linked(
     target.call_conv.call_function(builder, callee, known.restype, kinds, values)
     builder.ret_void()
     whole = llvm.parse_assembly(str(module))
-    for code in reversed(made.library.codes.values()):
-        whole.link_in(llvm.parse_bitcode(code))
+    made.library.link_into(whole)
     return whole

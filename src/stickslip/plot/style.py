@@ -40,6 +40,9 @@ PALETTE: Final = MappingProxyType(
 )
 """Colours that stay apart for colour-blind readers (Okabe and Ito 2008), and two greys."""
 
+DASHED: Final = (0, (4, 2))
+"""Style of broken lines in figures."""
+
 # Any: matplotlib types the keys one by one, and newer versions know more of them.
 _SETTINGS: Final[Any] = {
     "font.family": "STIXGeneral",  # ships with matplotlib; text and mathtext agree, no LaTeX

@@ -381,7 +381,7 @@ class BifurcationList(ResultList[Bifurcation]):
     n_lists : int
         Parameter values at which complete lists of orbits were made.
     coverage : Coverage or None
-        In R^n, where lists need not be complete, what share of new orbits the last half showed.
+        In R^n, where lists need not be complete, how many known orbits they found again.
     looks : tuple of float
         Parameter values at which the attractors were looked at, ascending: a cycle above
         `max_period` that is born and lost between two of them is not seen.

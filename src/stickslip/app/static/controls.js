@@ -246,13 +246,7 @@ export class Controls {
 
   /** @param {string} name @param {(Node | string)[]} children */
   #group(name, ...children) {
-    const looks = ["Preset", "Motion"].includes(name);
-    return element(
-      "fieldset",
-      { class: looks ? "looks" : "changes" },
-      element("legend", {}, name),
-      ...children,
-    );
+    return element("fieldset", {}, element("legend", {}, name), ...children);
   }
 
   // --- groups ----------------------------------------------------------------------------------

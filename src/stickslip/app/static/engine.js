@@ -41,19 +41,18 @@ const ARITHMETIC = {
 };
 
 /**
- * Nodes of a law's formula at a slip speed; what is not given has its default.
+ * Nodes of a law's formula at a slip speed.
  * @param {Law} law @param {Record<string, number>} values @param {number} s
  * @returns {Record<string, number>}
  */
 function evaluated(law, values, s) {
   /** @type {Record<string, number>} */
   const known = {};
-  const all = { ...law.defaults, ...values };
   // Operands have smaller numbers, and keys that are numbers come in their order.
   for (const [number, [op, args, value, name]] of Object.entries(law.nodes)) {
     const [a, b] = args.map((arg) => known[arg]);
     if (op === "constant") known[number] = value;
-    else if (op === "symbol") known[number] = name === "s" ? s : all[name];
+    else if (op === "symbol") known[number] = name === "s" ? s : values[name];
     else known[number] = (ARITHMETIC[op] ?? /** @type {any} */ (Math)[op])(a, b);
   }
   return known;
@@ -95,17 +94,16 @@ export class Engine {
     return new KINDS[kind](this.memory.buffer, at, count);
   }
 
-  /** @param {Record<string, any>} model  of two blocks with this law */
+  /** @param {Record<string, any>} model  of two blocks with this law, whose parameters are all given */
   take(model) {
     const { law } = this;
     for (const entry of ["map", "motion"]) {
       for (const name of ["alpha", "beta", "V"])
         this.array(`${entry}.system.${name}`)[0] = model[name];
       const rows = this.array(`${entry}.laws`);
-      const values = { ...law.defaults, ...model.friction };
-      const nodes = evaluated(law, values, 0);
+      const nodes = evaluated(law, model.friction, 0);
       const columns = [0, nodes[law.force], nodes[law.force], Infinity, -1];
-      columns.push(...law.parameters.map((name) => values[name]));
+      columns.push(...law.parameters.map((name) => model.friction[name]));
       columns.push(...law.constants.map((node) => nodes[node]));
       for (const block of [0, 1]) rows.set(columns, (block * rows.length) / 2);
     }

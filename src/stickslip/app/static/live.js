@@ -16,13 +16,16 @@ const laws = fetch(new URL("live/laws.json", import.meta.url)).then((reply) => r
 /** @type {Map<string, Promise<Engine>>} */
 const engines = new Map();
 
-/** The engine of a model, if there is one. @param {Model} model @returns {Promise<Engine | null>} */
+/**
+ * The engine of a model, if there is one; what its law leaves out gets its default.
+ * @param {Model} model @returns {Promise<Engine | null>}
+ */
 async function engineOf(model) {
   const name = model.friction?.law;
   const law = (await laws)[name];
   if (model.kind !== "two_block" || model.damping || model.forcing || !law) return null;
-  if (law.fixed.some((key) => (model.friction[key] ?? law.defaults[key]) !== law.defaults[key]))
-    return null;
+  model.friction = { ...law.defaults, ...model.friction };
+  if (law.fixed.some((key) => model.friction[key] !== law.defaults[key])) return null;
   if (!engines.has(name)) engines.set(name, load(name, law));
   const engine = /** @type {Engine} */ (await engines.get(name));
   engine.take(model);

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.bowed_string.claims import STEPS
 from stickslip.studies.bowed_string.string import (
     HEARD,
@@ -46,7 +46,7 @@ def draw_plane(data: tuple[Sound, ...], figure: Figure) -> None:
             ax.plot(*np.array(at).T, mark, color=PALETTE[name], ms=3.5, label=kind)
     fine = np.geomspace(PLACES[0] / 1.1, PLACES[-1] * 1.1, 50)
     ax.loglog(fine, [largest(b) for b in fine.tolist()], color=PALETTE["black"])
-    ax.loglog(fine, [smallest(b) for b in fine.tolist()], color=PALETTE["black"], ls=(0, (4, 2)))
+    ax.loglog(fine, [smallest(b) for b in fine.tolist()], color=PALETTE["black"], ls=DASHED)
     ax.set_xlim(fine[0], fine[-1])
     ax.set_ylim(0.1, 250.0)
     ax.set_xticks([0.05, 0.1, 0.2], ["0.05", "0.1", "0.2"])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.canards.block import (
     FREQUENCY,
     GIVEN,
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
     from stickslip.numerics.arrays import Floats
 
-DASHED: Final = (0, (4, 2))
 DOTTED: Final = (0, (1, 1.5))
 FORCE: Final = "amplitude of the force"
 AT_REST: Final = "displacement at rest"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.drill_string.claims import BETWEEN
 from stickslip.studies.drill_string.string import (
     BELOW,
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.numerics.arrays import Floats
 
-DASHED: Final = (0, (4, 2))
 SPEED: Final = "speed of the lower disc"
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
 from stickslip.studies.friction_dampers.claims import (
     BLADE_FORCE,
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 
     from stickslip.numerics.arrays import Floats
 
-DASHED: Final = (0, (4, 2))
 COLOURS: Final = ("blue", "vermillion", "green", "purple")
 RATIO: Final = "frequency / free resonance"
 

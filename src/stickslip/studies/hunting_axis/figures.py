@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
 from stickslip.studies.hunting_axis.axis import (
     KINETIC,
@@ -96,7 +96,7 @@ def draw_gains(data: Gains, figure: Figure) -> None:
     right.semilogy(data.gain, data.period, color=PALETTE["black"])
     right.set_ylabel("period")
     for ax, letter in zip((left, right), "ab", strict=True):
-        ax.axvline(LIMIT, color=PALETTE["grey"], lw=0.6, ls=(0, (4, 2)))
+        ax.axvline(LIMIT, color=PALETTE["grey"], lw=0.6, ls=DASHED)
         ax.set_xlim(0.0, data.gain[-1])
         ax.set_xlabel("integral gain $k_i$")
         panel_letter(ax, letter)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip.mechanics.cycle.cycle import Cycle
-from stickslip.plot.style import PALETTE
+from stickslip.plot.style import DASHED, PALETTE
 from stickslip.studies.figures import PaperFigure
 from stickslip.studies.leine1998.claims import DAMPING, MODEL, Cycles, cycles, undamped
 
@@ -52,9 +52,9 @@ def draw_branch(data: Cycles, figure: Figure) -> None:
     stable, c = data.branch.stable, data.branch.values
     blue, red = PALETTE["blue"], PALETTE["vermillion"]
     ax.plot(c[stable], amplitude[stable], color=blue)
-    ax.plot(c[~stable], amplitude[~stable], color=red, ls=(0, (4, 2)))
+    ax.plot(c[~stable], amplitude[~stable], color=red, ls=DASHED)
     ax.plot([hopf.value, DAMPING[1]], [0.0, 0.0], color=blue)
-    ax.plot([DAMPING[0], hopf.value], [0.0, 0.0], color=red, ls=(0, (4, 2)))
+    ax.plot([DAMPING[0], hopf.value], [0.0, 0.0], color=red, ls=DASHED)
     ax.plot(hopf.value, 0.0, "o", color=PALETTE["black"])
     ax.plot(fold.value, _amplitude(fold.solution), "s", color=PALETTE["black"])
     ax.annotate("Hopf", (hopf.value, 0.0), (-26, 5), textcoords="offset points")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
 from stickslip.studies.mode_coupling.squeal import (
     ABOVE,
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 LABEL: Final = r"$\mu k_n / k$"
 AMPLITUDE: Final = r"amplitude of $y$ / $V$"
 SHOWN: Final = (0.3, 0.9)
-DASHED: Final = (0, (4, 2))
 CRITICAL: Final = threshold(float(MODEL.damping[0, 0]))
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.plot.style import PALETTE, panel_letter
+from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
 from stickslip.studies.rubbing_bodies.bodies import (
     HELD,
@@ -129,7 +129,7 @@ def draw_clutch(data: Any, figure: Figure) -> None:
     for (width, run), name in zip(runs, COLOURS, strict=False):
         label = rf"$\varepsilon={width:g}$"
         ax.semilogy(run.t, run.v[:, 0] - run.v[:, 1], color=PALETTE[name], label=label)
-        ax.axhline(CLUTCH.slip(width), color=PALETTE["grey"], lw=0.6, ls=(0, (4, 2)))
+        ax.axhline(CLUTCH.slip(width), color=PALETTE["grey"], lw=0.6, ls=DASHED)
     slips = slip > 1e-5
     ax.semilogy(t[slips], slip[slips], color=PALETTE["black"], label="exact")
     ax.set_xlim(0.0, WATCHED)
