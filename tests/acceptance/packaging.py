@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PYTHONS = ("3.11", "3.12", "3.13")
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 RESOLUTIONS = {"newest": "highest", "oldest": "lowest-direct"}
 UV = (sys.executable, "-m", "uv")
 TOLD = (
@@ -67,15 +67,29 @@ except ValueError as error:
 """
 
 SWEEP = """
-from distributed import Client
 axes = {"V": (0.0366, 0.0372, 4), "alpha": [1.2, 1.21]}
 for store in ("plane.zarr", "plane.zip"):
     found = ss.sweep(ss.examples.coulomb(), axes, ["attractor"], store=store)
-with Client(processes=False, dashboard_address=None, n_workers=1) as client:
-    again = ss.sweep(ss.examples.coulomb(), axes, ["attractor"], store="dask.zarr", client=client)
-assert again.equals(found) and ss.open_sweep("plane.zip").attrs["done"] > 0
+assert ss.open_sweep("plane.zip").attrs["done"] > 0
 subprocess.run(["stickslip", "plot", "plane.zip", "--out", "plane.png"], check=True)
 print(found.period.values.tolist())
+"""
+
+SAYS_CLUSTER_IS_MISSING = """
+try:
+    ss.sweep(ss.examples.coulomb(), axes, ["attractor"], store="s3://bucket/plane.zarr")
+except ImportError as error:
+    assert "stickslip[cluster]" in str(error)
+else:
+    raise AssertionError
+"""
+
+CLUSTER = """
+from distributed import Client
+with Client(processes=False, dashboard_address=None, n_workers=1) as client:
+    again = ss.sweep(ss.examples.coulomb(), axes, ["attractor"], store="dask.zarr", client=client)
+assert again.equals(found)
+import s3fs
 """
 
 APP = """
@@ -90,7 +104,7 @@ IMPORTS = {
     "bench": "import pytest, pytest_benchmark",
 }
 
-EXTRAS = ("", *IMPORTS, "app", "certify", "sweep", RESOLVED_ONLY)
+EXTRAS = ("", *IMPORTS, "app", "certify", "sweep", "cluster", RESOLVED_ONLY)
 
 
 def readme_python() -> list[str]:
@@ -107,7 +121,8 @@ def use_of(extra: str) -> str:
             "": "\n".join([*core, REPRODUCE, SAYS_WHAT_IS_MISSING]),
             "app": APP,
             "certify": "model = ss.examples.coulomb()\n" + proofs,
-            "sweep": SWEEP,
+            "sweep": SWEEP + SAYS_CLUSTER_IS_MISSING,
+            "cluster": SWEEP + CLUSTER,
             **IMPORTS,
         }[extra]
     )

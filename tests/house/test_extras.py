@@ -19,6 +19,8 @@ from stickslip.extras import require_extra
         ("plot plane.zarr --out plane.png", "xarray", "sweep"),
         ("sweep plan.toml", "zarr", "sweep"),
         ("sweep plan.toml --status", "fsspec", "sweep"),
+        ("sweep plan.toml --store s3://bucket/plane.zarr", "s3fs", "cluster"),
+        ("sweep plan.toml --scheduler tcp://127.0.0.1:9", "distributed", "cluster"),
     ],
 )
 def test_a_command_names_the_extra(command, package, extra, tmp_path, monkeypatch, capsys):

@@ -15,6 +15,7 @@ from functools import partial
 from typing import Any, Final, TypeAlias
 
 from stickslip.errors import WorkersLost
+from stickslip.extras import require_extra
 from stickslip.sweeps.job import Computed, Job, Tile
 
 # Tiles handed out for each core: enough that no core waits while results are written.
@@ -100,6 +101,7 @@ def in_dask(
 
 def connect(address: str) -> Any:
     """Connect to a dask scheduler; OSError or ValueError if there is none."""
+    require_extra("cluster", "schedulers", "distributed")
     distributed: Any = importlib.import_module("distributed")
     return distributed.Client(address, timeout=CONNECT_SECONDS)
 

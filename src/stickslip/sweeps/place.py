@@ -30,6 +30,7 @@ from stickslip.extras import require_extra
 from stickslip.files import undone_unless_finished, whole_file
 
 EXTRA = ("fsspec", "zarr", "xarray", "filelock", "psutil")
+BUCKETS = {"s3", "s3a"}
 ZIP = ".zip"
 GONE = "gone"  # a work folder that is being removed
 WORKING = ".partial"  # what the name of that which is not whole ends with
@@ -168,6 +169,7 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     require_extra("sweep", "sweeps", *EXTRA)
     from fsspec.core import url_to_fs
     from fsspec.implementations.local import LocalFileSystem
+    from fsspec.utils import get_protocol
 
     if not isinstance(store, str | PathLike):
         raise ValueError(f"store = {shown(store)} is neither a path nor an address.")
@@ -178,6 +180,8 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     told = "what the file system is told, by name"
     for name in instance("storage_options", options, Mapping, told):
         instance("storage_options", name, str, f"a name, as in {told}")
+    if get_protocol(url) in BUCKETS:
+        require_extra("cluster", "buckets", "s3fs")
     try:
         fs, path = url_to_fs(url, **options)
     except (RecursionError, TypeError) as error:
