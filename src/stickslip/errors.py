@@ -1,4 +1,13 @@
-"""What goes wrong by name; illegal arguments are plain ValueErrors."""
+"""What goes wrong by name; illegal arguments are plain ValueErrors.
+
+>>> import stickslip as ss
+>>> block = ss.Oscillator(V=0.5, friction=ss.Coulomb(mu=0.5), damping=0.1)
+>>> try:
+...     ss.find_cycle(block, x=[0.1], v=[0.1])
+... except ss.errors.NoCycleError as error:
+...     print(error.kind)
+slides
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""The paper's two systems, ready to use (Galvanetto 2001, section 4)."""
+"""The paper's two systems, ready to use (Galvanetto 2001, section 4).
+
+>>> import stickslip as ss
+>>> ss.examples.coulomb(V=0.05).V, ss.examples.law9().friction.gamma
+(0.05, 3.0)
+"""
 
 from __future__ import annotations
 

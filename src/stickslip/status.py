@@ -1,4 +1,9 @@
-"""Why a motion ended: integer codes that kernels return, one remedy sentence each."""
+"""Why a motion ended: integer codes that kernels return, one remedy sentence each.
+
+>>> import stickslip as ss
+>>> ss.status.NAMES[ss.event_map(ss.examples.coulomb()).evaluate(0.1).status]
+'OK'
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 """What the documentation shows works: its Python, its commands, its tutorials."""
 
+import inspect
 import json
 import re
 import runpy
@@ -172,6 +173,14 @@ def test_a_page_says_how_sure_it_is(page):
     assert found
     for kind in ("Proved", "Checked", "Fails, or is only evidence"):
         assert f"**{kind}" in answer, kind
+
+
+@pytest.mark.parametrize("name", ss.__all__)
+def test_a_public_name_has_an_example(name):
+    thing = getattr(ss, name)
+    own = vars(thing).values() if inspect.isclass(thing) else ()
+    shown = [inspect.getdoc(part) or "" for part in (thing, *own)]
+    assert any(">>>" in text for text in shown)  # which runs: pytest collects them
 
 
 def test_tests_that_the_docs_name_exist():

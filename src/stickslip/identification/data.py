@@ -102,6 +102,16 @@ class Record(_Measured):
     ------
     ValueError
         What is not allowed, by name.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import stickslip as ss
+    >>> block = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5))
+    >>> t = np.linspace(0, 20, 101)
+    >>> seen = ss.Record(t, x=ss.simulate(block, [0.9], [0.1], t_end=20.0).x(t))
+    >>> ss.fit(block.replace(mu=0.4), seen, ["mu"]).values.round(9)
+    array([0.5])
     """
 
     t: Any
@@ -243,6 +253,15 @@ class MapPoints(_Measured):
     ------
     ValueError
         What is not allowed, by name.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> model = ss.examples.coulomb()
+    >>> d = [-0.3, -0.1, 0.1, 0.3]
+    >>> fit = ss.fit(model.replace(mu=0.2), ss.MapPoints(d, ss.event_map(model)(d)), ["mu"])
+    >>> fit.values.round(9)
+    array([0.22])
     """
 
     d: Any
@@ -324,6 +343,14 @@ class CyclePeriods(_Measured):
     Notes
     -----
     The cycle of a model is the one that a motion from rest comes to.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> block = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.4))
+    >>> seen = ss.CyclePeriods(V=[0.1, 0.2], period=[13.536383773, 8.902605408])
+    >>> ss.fit(block, seen, ["mu"]).values.round(9)
+    array([0.5])
     """
 
     V: Any

@@ -1,6 +1,10 @@
 """Pictures: a result in, `matplotlib.axes.Axes` out. Nothing here shows a window.
 
 Every result has `.plot()`; here is what has no result of its own.
+
+>>> import stickslip as ss
+>>> ss.plot.event_map(ss.event_map(ss.examples.coulomb())).get_xlabel()
+'$d_{n}$'
 """
 
 import lazy_loader

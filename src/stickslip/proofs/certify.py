@@ -270,6 +270,12 @@ def certify_orbits(
     ------
     ValueError
         An argument is out of range.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> ss.certify_orbits(ss.examples.coulomb()).proven  # at most three fixed points, and no other
+    True
     """
     values, digits, max_period = _checked(
         model, digits, exact, max_period, name="max_period", at_most=LONGEST_LISTED

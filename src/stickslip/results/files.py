@@ -178,6 +178,15 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
         has other parameters than that of the file.
     OSError
         The file cannot be read.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import stickslip as ss
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "breakpoints.json"
+    >>> ss.breakpoints(ss.examples.coulomb()).save(file)
+    >>> len(ss.load(file))
+    8
     """
     if callable(as_map := getattr(system, "as_map", None)):
         system = as_map()

@@ -2,6 +2,10 @@
 
 Each is a frozen set of settings; `Points` does the work that several of them share. A new one is
 a class here with `recorded` and `compute`, listed in `OBSERVABLES`.
+
+>>> import stickslip as ss
+>>> ss.observables.OrbitPoints(n=100, transient=1000)
+OrbitPoints(transient=1000, n=100, max_period=256, count=16)
 """
 
 from __future__ import annotations

@@ -230,6 +230,15 @@ def open_sweep(
         message names the file.
     ImportError
         The extra is not installed: ``pip install "stickslip[sweep]"``.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import stickslip as ss
+    >>> store = pathlib.Path(tempfile.mkdtemp()) / "line.zarr"
+    >>> _ = ss.sweep(ss.examples.coulomb(), {"V": [0.0366, 0.05]}, ["attractor"], store=store)
+    >>> ss.open_sweep(store).period.values
+    array([1, 0], dtype=int32)
     """
     place = place_of(store, storage_options)
     import xarray

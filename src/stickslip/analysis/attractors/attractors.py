@@ -156,6 +156,12 @@ def attractors(
     each other; an orbit that comes as close to a known set is on it. *Chaotic*: the largest
     exponent exceeds zero by five error bars. *Quasiperiodic*: a tangent grows no more than e^20
     all along. Results say how well orbits recur (docs/theory/attractors.md).
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> [(found.kind, found.period) for found in ss.attractors(ss.examples.coulomb())]
+    [('periodic', 4), ('periodic', 1)]
     """
     n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     fast, work = flag("interpolate", interpolate), Work(progress, partial)

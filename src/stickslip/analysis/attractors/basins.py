@@ -262,6 +262,13 @@ def basins(
     (Datseris and Wagemakers, Chaos 32 (2022) 023104); cells are halved until none holds points of
     two attractors. Some starts are followed ten times longer, and the result says how many came
     elsewhere.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> found = ss.basins(ss.examples.coulomb())
+    >>> [round(found.share(i), 6) for i in range(2)], found.undecided
+    ([0.838167, 0.161833], 0.0)
     """
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution < 1:

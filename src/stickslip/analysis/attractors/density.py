@@ -122,6 +122,14 @@ def invariant_density(
     ValueError
         The attractor is not chaotic: a cycle's measure sits on its points and has no density.
         Or there are fewer than 16 cells.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 4.0})
+    >>> density = ss.invariant_density(f, ss.attractors(f)[0])
+    >>> round(float(density.cumulative(0.25)), 2)  # 2 / pi * asin(sqrt(0.25))
+    0.33
     """
     instance("attractor", attractor, Attractor, "an attractor, such as ss.attractors(f)[0]")
     cells = whole_number("cells", cells, 16, at_most=MOST_CELLS)

@@ -128,6 +128,13 @@ def lyapunov_exponent(
     From 50 000 steps on orbits are followed on the map's table of branches, interpolated to 1e-9 of
     the range of values; a cycle is solved for on the map itself, and the error of another orbit
     includes the difference of both maps' slopes along it (docs/theory/attractors.md).
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 4.0})
+    >>> round(ss.lyapunov_exponent(f, 0.3).value, 2)  # log 2
+    0.69
     """
     n, skip = checked_steps_of_mean(n, transient)
     found = map_of(f)

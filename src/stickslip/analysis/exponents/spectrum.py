@@ -308,6 +308,16 @@ def lyapunov_spectra(
     ------
     ValueError
         No map of R^n with parameters, an unknown parameter, a value, point or count not allowed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import stickslip as ss
+    >>> turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    >>> spiral = ss.Map(lambda z, r: r * z @ turn, 2, parameters={"r": 0.5})
+    >>> ss.lyapunov_spectra(spiral, "r", [0.25, 0.5], x0=[1.0, 1.0], n=100).values.round(6)  # log r
+    array([[-1.386294, -1.386294],
+           [-0.693147, -0.693147]])
     """
     family = space_family(system)
     n, skip = checked_steps_of_mean(n, transient)

@@ -186,6 +186,13 @@ def return_region(
     -----
     What is shown and what is estimated: `TrappingBall`, docs/theory/cycles.md. Gaps narrower than
     a cell of the grid, and cycles whose basins hold no gap's middle, may be missed.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> region = ss.return_region(ss.examples.coulomb(), "V", (0.03, 0.05), n_values=3, n_points=51)
+    >>> region.gaps  # at each of the three values: the map is defined everywhere
+    ((), (), ())
     """
     low, high = _checked(model, parameter, range)
     count = whole_number("n_values", n_values, at_most=MOST_KEPT, what="values of the parameter")

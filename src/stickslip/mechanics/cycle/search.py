@@ -86,6 +86,13 @@ def find_cycle(
     Newton's method on the map from an event of one kind to its recurrence, with the exact
     derivative of the flow through all events (saltation). The multipliers are the eigenvalues
     of that derivative.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> cycle = ss.find_cycle(ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5)), x=[0.9], v=[0.1])
+    >>> round(cycle.period, 9), cycle.stable
+    (13.536383773, True)
     """
     max_events = whole_number("max_events", max_events, what="changes of mode that are followed")
     checked_model(model)

@@ -167,6 +167,13 @@ def trapping_ball(cycle: Cycle) -> TrappingBall | None:
     -----
     The norm solves ``A' Q A - s^2 Q = -1`` for the derivative A at the cycle and s between its
     spectral radius and 1, so that ``|A|_Q < s`` also where A is far from normal.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> cycle = ss.find_cycle(ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5)), x=[0.9], v=[0.1])
+    >>> ss.trapping_ball(cycle).contraction
+    0.0
     """
     instance("cycle", cycle, Cycle, "a cycle, such as ss.find_cycle(model, x, v)")
     if cycle.model.plant.is_forced:

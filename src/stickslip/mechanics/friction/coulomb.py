@@ -25,6 +25,13 @@ class Coulomb(FrictionLaw):
     Notes
     -----
     Galvanetto (2001), eq. (8). For ``mu < 1`` the force jumps where a stick ends.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=ss.Coulomb(mu=0.22))
+    >>> model.replace(mu=0.3).friction
+    Coulomb(mu=0.3, viscous=0.0)
     """
 
     name: ClassVar[str] = "coulomb"

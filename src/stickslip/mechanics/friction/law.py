@@ -56,6 +56,20 @@ class FrictionLaw:
 
     A law of its own is a subclass: a frozen dataclass whose fields are annotated with the
     range of each parameter, and the equation as one static method ``expression``.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> import stickslip as ss
+    >>> from stickslip.mechanics.friction.law import NonNegative
+    >>> @dataclass(frozen=True)
+    ... class Falling(ss.FrictionLaw):
+    ...     rate: NonNegative
+    ...     @staticmethod
+    ...     def expression(s, rate):
+    ...         return 1 / (1 + rate * s)
+    >>> Falling(rate=2.0).force([0.0, 0.5])
+    array([1. , 0.5])
     """
 
     name: ClassVar[str] = ""

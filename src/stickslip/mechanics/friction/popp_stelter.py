@@ -28,6 +28,13 @@ class PoppStelter(FrictionLaw):
     Galvanetto (2001), eq. (9), after Popp & Stelter (1990). The paper writes it in the
     relative velocity w; with ``s = |w|`` both of its lines become the one formula above.
     F(0) = 1, so that a block starts to slip with zero acceleration relative to the belt.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> law = ss.PoppStelter(gamma=3.0, delta=0.2)
+    >>> law.force([0.0, 0.1, 1e6]).round(6)  # the static limit is 1; delta remains at high speed
+    array([1.      , 0.815385, 0.2     ])
     """
 
     name: ClassVar[str] = "popp-stelter"

@@ -268,6 +268,13 @@ class Oscillator(BeltModel):
     ------
     ValueError
         A number out of range.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> block = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5))
+    >>> round(ss.find_cycle(block, x=[0.9], v=[0.1]).period, 9)
+    13.536383773
     """
 
     V: float

@@ -46,6 +46,14 @@ class Harmonic:
     ------
     ValueError
         A number is not finite, or the frequency not positive.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> force = ss.Harmonic(0.2, frequency=4.0)
+    >>> shaken = ss.Oscillator(V=0.5, friction=ss.Coulomb(mu=0.5), forcing=force)
+    >>> round(force.period, 6)
+    1.570796
     """
 
     amplitude: float | tuple[float, ...]
@@ -141,6 +149,16 @@ class Contact:
     ------
     ValueError
         A number that is not finite, a static limit or a stiffness that is not positive.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> belt = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), V=0.1)
+    >>> between = ss.Contact(at=(0, 1), friction=ss.Coulomb(mu=0.5), static=0.4)  # the two bodies
+    >>> stiffness = [[2, -1], [-1, 1]]
+    >>> pair = ss.Structure(mass=[1, 2], stiffness=stiffness, contacts=[belt, between])
+    >>> pair.parameters["static_2"]
+    0.4
     """
 
     at: int | tuple[int, int] | tuple[float, ...]

@@ -246,6 +246,19 @@ def read_model(path: str | PathLike[str]) -> Model:
         out of its range. The message names file and key, and what is allowed.
     OSError
         The file cannot be read.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import stickslip as ss
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "block.toml"
+    >>> _ = file.write_text('''
+    ... kind = "oscillator"
+    ... V = 0.1
+    ... friction = {law = "coulomb", mu = 0.5}
+    ... ''')
+    >>> ss.read_model(file)
+    Oscillator(V=0.1, friction=Coulomb(mu=0.5, viscous=0.0), damping=0.0, forcing=None)
     """
     table = read_toml(path)
     with within(f"{path}: "):
@@ -269,6 +282,15 @@ def write_model(model: Model, path: str | PathLike[str]) -> None:
         A friction law is a Python function, which a file cannot hold.
     OSError
         The file cannot be written.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import stickslip as ss
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "coulomb.toml"
+    >>> ss.write_model(ss.examples.coulomb(), file)
+    >>> ss.read_model(file) == ss.examples.coulomb()
+    True
     """
     checked_suffix(checked_path(path), ("", ".toml"))
     write_text(path, model_text(model))

@@ -116,6 +116,13 @@ def basin_fractions(
     ------
     ValueError
         An unknown parameter, a map of the line (whose `basins` are exact) or without a domain.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> plane = ss.Map(lambda z, r: z**3 - r * z, 2, parameters={"r": 0.5}, domain=[(-2, 2)] * 2)
+    >>> ss.basin_fractions(plane, "r", [0.2, 0.6], n_samples=500).share(0).round(1)  # (1 + r) / 4
+    array([0.3, 0.4])
     """
     f = map_of(system)
     if not isinstance(f, FamilyND):
