@@ -114,6 +114,17 @@ def test_maps_and_motions_are_computed_there(alone, preset, parameter, value):
     alone.shoot(f"alone, computed {preset} {parameter}")
 
 
+@pytest.mark.parametrize("V", [0.1441, 0.037027])
+def test_orbits_where_two_branches_meet_are_seen(alone, V):
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.evaluate("(V) => explorer.setParameter('V', V)", V)
+    alone.page.wait_for_function(CURRENT)
+    seen = [o["points"][0] for o in alone.view("map", "view.orbits.orbits") if o["period"] == 1]
+    model = ss.examples.coulomb(V=V)
+    expected = [float(o.points[0]) for o in ss.periodic_orbits(model, max_period=1)]
+    np.testing.assert_allclose(sorted(seen), sorted(expected), rtol=1e-9)
+
+
 def test_it_says_what_it_does_not_compute(alone):
     assert "pip install" in alone.page.locator(".connection").text_content()
     alone.page.wait_for_function(ALL_SHOWN)

@@ -174,7 +174,8 @@ function branches(/** @type {Float64Array} */ value, /** @type {BigUint64Array} 
 }
 
 /**
- * Orbits seen on samples: where a power crosses the diagonal inside a branch.
+ * Orbits seen on samples: where a power crosses the diagonal, inside a branch or from one to the
+ * next; where it jumps over the diagonal nothing is solved for.
  * @param {Engine} engine @param {Float64Array} x @param {Samples[]} runs @param {number} most
  */
 function orbits(engine, x, runs, most) {
@@ -182,10 +183,10 @@ function orbits(engine, x, runs, most) {
   const width = x[x.length - 1] - x[0];
   const known = (/** @type {number} */ at) =>
     found.some(({ points }) => points.some((point) => Math.abs(point - at) < 1e-7 * width));
-  runs.slice(0, most).forEach(({ value, label }, k) => {
+  runs.slice(0, most).forEach(({ value }, k) => {
     for (let i = 1; i < x.length; i++) {
       const [left, right] = [value[i - 1] - x[i - 1], value[i] - x[i]];
-      if (label[i] !== label[i - 1] || !(left * right <= 0)) continue;
+      if (!(left * right <= 0)) continue;
       const at = solved(engine, x[i - 1], x[i], k + 1);
       if (Number.isNaN(at) || known(at)) continue;
       found.push(orbitOf(engine, at, k + 1));

@@ -83,7 +83,7 @@ export class MapView extends View {
     const open = proper.length - stable.length;
     const settles = stable.length
       ? `${listed(stable)} attract${stable.length > 1 ? "" : "s"}`
-      : "no orbit attracts";
+      : `no orbit${this.orbits.complete ? "" : " seen"} attracts`;
     const known = proper.length
       ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}.`
       : "";
