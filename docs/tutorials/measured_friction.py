@@ -53,14 +53,14 @@ motion.plot(ax=ax)
 # --------------
 # Steady sliding is unstable where the law falls faster than the damper can follow, ``c <
 # -F'(V)``. But the stick-slip cycle lives on beside stable sliding: there a knock starts a
-# squeal. Following the cycle in the damping finds where it ends, because its slip no longer
-# reaches the belt.
+# squeal. Following the cycle in the damping finds where it ends, at a ``landing``: its slip no
+# longer reaches the belt.
 
 ends = []
 for V in (speeds := np.linspace(0.1, 0.6, 6)):
     cycle = ss.find_cycle(block.replace(V=V), [0.0], [0.0])
     curve = ss.follow(cycle, "damping", (0.0, 3.0))
-    ends.append(curve.bifurcations[-1].value)
+    ends.append(max(found.value for found in curve.bifurcations))  # the curve may turn back
 print(curve)
 
 # %%

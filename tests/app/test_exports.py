@@ -87,7 +87,7 @@ def test_mp4_without_ffmpeg_is_said(client, monkeypatch):
 
 def test_a_film_of_another_ending_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"\.gif"):
-        animation.film(None, tmp_path / "x.avi")
+        animation.film(None, str(tmp_path / "x.avi"))
 
 
 @pytest.mark.parametrize(

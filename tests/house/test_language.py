@@ -28,7 +28,7 @@ NOT_PROSE = re.compile(
     r"^(```+|~~~).*?^\1"  # blocks of code
     r"|`+[^`]*`+|\$\$.*?\$\$|\$[^$]*\$|\{[\w:.-]+\}"  # code, formulas, roles
     r"|\]\([^)]*\)|\]\[[^]]*\]|https?://\S+|<[^>\n]*>"  # addresses
-    r"|^( {4}|\t)\S.*?$|>>>.*?$",  # commands
+    r"|^( {4}|\t)\S.*?$|^(>>>|\.\.\.) .*?$",  # commands
     re.DOTALL | re.MULTILINE,
 )
 

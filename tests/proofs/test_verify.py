@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-pytest.importorskip("flint", reason="needs the extra 'certify'")
+flint = pytest.importorskip("flint", reason="needs the extra 'certify'")
 
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
@@ -60,6 +60,15 @@ def test_the_complete_list_is_confirmed_and_no_shorter_one():
 
 
 @pytest.mark.slow
+def test_beside_the_preimage_of_a_graze_no_orbit_is_missed():
+    # The images of an interval there are too wide until it is 1e-10 long.
+    numbers = {"alpha": "1.2", "beta": "1.3", "V": "0.0366", "mu_1": "0.22", "mu_2": "0.22"}
+    near = flint.arb("0.4232418625", 1e-7)
+    with flint.ctx.workprec(128):
+        missed = check._open(motion.Motion(numbers), [near], 3, [], flint.arb(check.NARROWEST))
+        assert not list(missed)
+
+
 def test_a_long_orbit_is_confirmed():
     assert check_text(certify_orbit(model(0.0372), 0.27982381588921773, 55).text())
 

@@ -31,14 +31,14 @@ def can_write(kind: str) -> bool:
     return bool(WRITERS[kind].isAvailable())
 
 
-def film(trajectory: Any, path: Path, *, frames: int = MOST_FRAMES) -> Path:
+def film(trajectory: Any, path: str | Path, *, frames: int = MOST_FRAMES) -> Path:
     """Draw a motion as a film.
 
     Parameters
     ----------
     trajectory : Trajectory
         From its start on.
-    path : pathlib.Path
+    path : str or pathlib.Path
         Ends in .gif or .mp4.
     frames : int
         At most; each is a quarter unit of time later than the one before.
@@ -55,6 +55,7 @@ def film(trajectory: Any, path: Path, *, frames: int = MOST_FRAMES) -> Path:
     RuntimeError
         MP4 without ffmpeg.
     """
+    path = Path(path)
     kind = path.suffix.removeprefix(".")
     if kind not in WRITERS:
         raise ValueError(f"path = {str(path)!r} must end in .gif or .mp4")

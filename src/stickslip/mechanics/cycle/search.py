@@ -41,7 +41,8 @@ MAX_WAITS: Final = 50
 STILL: Final = 1e-9  # of the fastest rate: rates this small are those of free turning
 HISTORY: Final = 256  # states of one set of modes that a state is compared with
 SLIDES: Final = (
-    ": all blocks slip and can be shown never to stick again. "
+    ": all blocks slip and can be shown never to stick again. From another start there may be a "
+    "cycle: with the blocks on the belt, v = V, or followed from another value of a parameter. "
     "Steady sliding is what stickslip.equilibria describes; without damping and with constant "
     "friction the motions about it are a neutral family, not a cycle."
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 from flint import arb, arb_series, ctx
@@ -29,7 +29,7 @@ from stickslip.proofs.verify.words import (
 )
 
 COARSE: Final = 1e-3  # wider intervals of d are halved before possibilities are listed
-NARROWEST: Final = 1e-9  # an interval of d, before it counts as undecided
+NARROWEST: Final = 1e-12  # an interval of d, before it counts as undecided
 
 
 def _motion(values: dict[str, str], **replaced: arb) -> Motion:
@@ -353,9 +353,11 @@ def _list(motion: Motion, c: List, digits: int) -> None:
     for period in range(1, c.max_period + 1):
         domain = [motion.end * arb(k, 2) / 64 for k in range(-62, 64, 4)]
         roots = [x for p, x in known if period % p == 0]
-        for box in _open(motion, domain, period, roots, arb(NARROWEST)):
-            if not any(s.contains(box) for s in stated):
-                raise Refused(f"an orbit may have been missed near d = {box.str(12)}")
+        for box in _open(motion, domain, period, roots, arb(NARROWEST), stated=stated):
+            raise Refused(
+                f"an orbit of period {period} may have been missed near d = {box.str(12)}: "
+                "this program cannot tell, and disproves nothing"
+            )
 
 
 def _open(
@@ -365,11 +367,13 @@ def _open(
     roots: list[arb],
     narrowest: arb,
     words: list[str] | None = None,
+    stated: Sequence[arb] = (),
 ) -> Iterator[arb]:
     """Yield narrow intervals that may hold an orbit of the period (and words), `roots` aside."""
+    # And aside from what lies in an interval that is stated to be undecided.
     while waiting:
         box = waiting.pop()
-        if _settled(motion, box, period, roots, words):
+        if any(s.contains(box) for s in stated) or _settled(motion, box, period, roots, words):
             continue
         if box.rad() < narrowest:
             yield box
