@@ -679,7 +679,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         lambda: ss.invariant_density(maps.tent(1.9), ss.attractors(maps.tent(1.9))[0], cells=50),
         {"__call__": {"x": 0.5}, "cumulative": {"x": 0.5}, "mean": {"func": abs}},
     ),
-    "Cycle": (cycle, {**SAVE, "period_derivative": {"names": "V"}}),
+    "Cycle": (cycle, {**SAVE, "period_derivative": {"names": "V"}, "derivative": {"names": "V"}}),
     "CycleList": (cycles, SAVE),
     "Curve of cycles": (cycle_branch, {**SAVE, "at": {"damping": 1.005}}),
     "TrappingBall": (
