@@ -99,12 +99,18 @@ assert b"<title>" in page
 print(len(page), "bytes of page")
 """
 
+JAX = """
+import jax, stickslip.jax
+f = stickslip.jax.event_map(ss.examples.coulomb(), "mu")
+print(jax.grad(f)(0.1, jax.numpy.array([0.22])))
+"""
+
 IMPORTS = {
     "docs": "import myst_parser, numpydoc, pydata_sphinx_theme, sphinx_gallery, sphinx",
     "bench": "import pytest, pytest_benchmark",
 }
 
-EXTRAS = ("", *IMPORTS, "app", "certify", "sweep", "cluster", RESOLVED_ONLY)
+EXTRAS = ("", *IMPORTS, "app", "certify", "jax", "sweep", "cluster", RESOLVED_ONLY)
 
 
 def readme_python() -> list[str]:
@@ -121,6 +127,7 @@ def use_of(extra: str) -> str:
             "": "\n".join([*core, REPRODUCE, SAYS_WHAT_IS_MISSING]),
             "app": APP,
             "certify": "model = ss.examples.coulomb()\n" + proofs,
+            "jax": JAX,
             "sweep": SWEEP + SAYS_CLUSTER_IS_MISSING,
             "cluster": SWEEP + CLUSTER,
             **IMPORTS,

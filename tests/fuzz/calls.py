@@ -205,7 +205,7 @@ def fresh(name: str) -> Path:
 
 @cache
 def saved() -> Path:
-    path = fresh("result.npz")
+    path = fresh("saved.json")
     bifurcations().save(path)
     return path
 
@@ -322,7 +322,7 @@ AT_TIME: Final = {name: {"t": 1.0} for name in ("energy", "friction", "needed_fo
 STATE: Final = {"x": [0.9], "v": [0.1]}
 ALONG: Final = {"name": "r", "range": (3.0, 3.3)}
 UNITS: Final = {"units": lambda: ss.Units(m=2.0, k=8.0, fs1=4.0)}
-SAVE: Final = {"save": {"path": fresh("result.npz")}}
+SAVE: Final = {"save": {"path": fresh("result.json")}}
 
 FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "Blocks": {
@@ -679,7 +679,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         lambda: ss.invariant_density(maps.tent(1.9), ss.attractors(maps.tent(1.9))[0], cells=50),
         {"__call__": {"x": 0.5}, "cumulative": {"x": 0.5}, "mean": {"func": abs}},
     ),
-    "Cycle": (cycle, {**SAVE, "period_derivative": {"names": "V"}}),
+    "Cycle": (cycle, {**SAVE, "period_derivative": {"names": "V"}, "derivative": {"names": "V"}}),
     "CycleList": (cycles, SAVE),
     "Curve of cycles": (cycle_branch, {**SAVE, "at": {"damping": 1.005}}),
     "TrappingBall": (

@@ -8,7 +8,9 @@ import re
 import numpy as np
 import pytest
 
-flint = pytest.importorskip("flint", reason="needs the extra 'certify'")
+pytest.importorskip("flint", reason="needs the extra 'certify'")
+
+import flint
 
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit

@@ -32,7 +32,7 @@ from stickslip.identification.errors import (
     crossings,
     predict,
 )
-from stickslip.identification.terms import Answer, Term, natural_period, term_of
+from stickslip.identification.terms import MISSED, Answer, Term, natural_period, term_of
 from stickslip.mechanics.model.arguments import Model, checked_model, checked_parameter
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
@@ -56,10 +56,12 @@ LOOSE, TIGHT = 1e-2, 1e-4
 # given, or in hundredths of the scatter where none were.
 POOR, POOR_UNWEIGHED = 2.0, 30.0
 # Spread of starts about the model's parameters; of these the best are followed for some steps.
-ABOUT, KEPT, STEPS = 1.6, 6, 30
+ABOUT, KEPT, STEPS = 1.6, 16, 12
 MOST = 200  # evaluations in an approach
 # How much worse one motion may fit than its pieces did before it counts as lost.
 WORSE = 4.0
+# Relative changes of the sum of squares that end an approach: the last one, and those before it.
+FINE, COARSE = 1e-8, 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -433,7 +435,8 @@ def _searched(
     """Search in fewer and fewer pieces; the last stage that has not lost the data, evaluations."""
     spent = 0
     found: _Stage | None = None
-    for counts, link in _stages(model, data, pieces):
+    stages = _stages(model, data, pieces)
+    for approach, (counts, link) in enumerate(stages, start=1):
         now = model if found is None else found.problem.changed(found.unknowns)
         before = [None] * len(data) if found is None else [a.states for a in found.answers]
         triples = zip(data, counts, before, strict=True)
@@ -445,10 +448,13 @@ def _searched(
             first = _Search(_Problem(now, names, hurried, priors, link), ranges)
             begin = first.begin(n_starts)
             spent += first.spent
-        stage = search.run(begin, evaluations, loss)
+        stage = search.run(begin, evaluations, loss, FINE if approach == len(stages) else COARSE)
         spent += search.spent
         if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
-            break  # one motion has lost the data: its pieces have not
+            search = _Search(found.problem, ranges)  # one motion has lost the data: its pieces
+            found = search.run(found.unknowns, evaluations, loss)  # have not
+            spent += search.spent
+            break
         found = stage
     assert found is not None
     return found, spent
@@ -563,8 +569,10 @@ class _Search:
             np.concatenate([end, sign * free]) for end, sign in zip(ranges, (-1, 1), strict=True)
         )
 
-    def run(self, begin: Floats, evaluations: int, loss: Loss) -> _Stage:
-        """Search from one start."""
+    def run(
+        self, begin: Floats, evaluations: int, loss: Loss, change: float = FINE, far: float = 1.0
+    ) -> _Stage:
+        """Search from one start, until the sum changes little; `far` is where losses bend."""
         from scipy.optimize import least_squares  # loads linear algebra
 
         begin = np.clip(begin, self.low, self.high)
@@ -578,6 +586,8 @@ class _Search:
             bounds=(self.low, self.high),
             x_scale="jac",
             loss=loss,
+            f_scale=far,
+            ftol=change,
             max_nfev=evaluations,
         )
         self.spent += int(found.nfev)
@@ -586,12 +596,24 @@ class _Search:
     def begin(self, n_starts: int) -> Floats:
         """Where to search: of many starts the best, each after a few steps."""
         # Points that a trial puts on the wrong side of a jump are far off, however near it is:
-        # starts are ranked, and followed, by a sum of logarithms, which hardly feels them.
+        # starts are ranked by a sum of logarithms, which hardly feels them, and followed by one
+        # that feels all others.
         starts = [self.problem.start, *self._spread(n_starts - 1)]
         told = [(misfit, k) for k, misfit in enumerate(map(self.problem.misfit, starts))]
         self.spent += n_starts
-        kept = [starts[k] for misfit, k in sorted(told)[:KEPT] if np.isfinite(misfit)]
-        ends = [self.run(start, STEPS, "cauchy").unknowns for start in kept]
+        # A bound on one side, however far, bends the steps of a search; what no model has is
+        # refused as a trial.
+        n = len(self.problem.names)
+        both = np.isfinite(self.low) & np.isfinite(self.high)
+        low, high = np.where(both, self.low, -np.inf)[:n], np.where(both, self.high, np.inf)[:n]
+        search, ends = _Search(self.problem, (low, high)), []
+        for start in (starts[k] for misfit, k in sorted(told)[:KEPT] if np.isfinite(misfit)):
+            end = search.run(start, STEPS, "cauchy", FINE, MISSED).unknowns
+            ends.append(np.clip(end, self.low, self.high))
+            residuals = self.problem.residuals(ends[-1])
+            if float(np.mean(residuals**2)) < POOR**2:
+                break  # it tells the data
+        self.spent += search.spent
         return min(ends, key=self.problem.misfit, default=self.problem.start)
 
     def _spread(self, n: int) -> list[Floats]:

@@ -239,3 +239,72 @@ def test_the_period_of_a_forced_cycle_is_that_of_the_forcing():
     assert by_mu == 0.0
     with pytest.raises(ValueError, match="at least one"):
         found.period_derivative()
+
+
+def at_events(cycle: Cycle, first: tuple[int, str]) -> np.ndarray:
+    """States at events, from the first of a kind on."""
+    motion, found = cycle.trajectory, [(event.block, event.kind) for event in cycle.events]
+    t = np.minimum([event.time for event in cycle.events], cycle.period)
+    return np.roll(np.hstack([motion.x(t), motion.v(t)]), -found.index(first), axis=0)
+
+
+def slope(model, name: str, step: float, quantity, begin: Cycle, nodes: range) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """Derivative at node 0 of the polynomial through what cycles beside one have."""
+    own = model.parameters[name]
+    near = [model.replace(**{name: own + k * step}) for k in nodes]
+    values = np.array([quantity(ss.find_cycle(each, begin.x, begin.v)) for each in near])
+    powers = np.vander(np.array(nodes, dtype=float), increasing=True)
+    return np.asarray(np.tensordot(np.linalg.inv(powers)[1], values, 1) / step)
+
+
+@pytest.mark.parametrize("kind", ["one block", "two blocks", "forced"])
+def test_derivatives_of_a_cycle_are_the_limits_of_differences(kind: str) -> None:
+    law, forcing = ss.Stribeck(mu=0.5, speed=0.3), ss.Harmonic(amplitude=2.0, frequency=0.7)
+    model, names = {
+        "one block": (ss.Oscillator(V=0.2, friction=law, damping=0.1), ("V", "damping", "speed")),
+        "two blocks": (
+            ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3)),
+            ("mu", "V", "beta"),
+        ),
+        "forced": (
+            ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.3), damping=0.1, forcing=forcing),
+            ("mu", "forcing.frequency"),
+        ),
+    }[kind]
+    n = len(model.plant.mass)
+    found = ss.find_cycle(model, np.zeros(n), np.zeros(n))
+    by = found.derivative(*names)
+    assert by.status == ss.status.OK
+    assert by.names == names
+    np.testing.assert_array_equal(by.period, found.period_derivative(*names))
+    first = (found.events[0].block, found.events[0].kind)
+    for k, name in enumerate(names):
+        step = 1e-3 * model.parameters[name]
+        states = slope(model, name, step, lambda c: at_events(c, first), found, range(-3, 4))
+        known = np.hstack([by.x[..., k], by.v[..., k]])
+        np.testing.assert_allclose(known, states, rtol=1e-8, atol=1e-9)
+        multipliers = slope(model, name, step, lambda c: c.multipliers, found, range(-3, 4))
+        np.testing.assert_allclose(by.multipliers[:, k], multipliers, rtol=1e-8)
+
+
+def test_derivatives_next_to_grazing_and_at_grazing() -> None:
+    motion = ss.simulate(COULOMB, d=0.27739336478609, t_end=200)
+    branch = ss.follow(
+        ss.find_cycle(COULOMB, motion.x(60.0), motion.v(60.0)), "V", (0.0366, 0.0372)
+    )
+    graze = branch.bifurcations[-1]
+    assert graze.kind == "grazing"
+    near = COULOMB.replace(V=graze.value - 1e-8)
+    found = ss.find_cycle(near, branch[graze.row - 1].x, branch[graze.row - 1].v)
+    by = found.derivative("V", "mu")
+    assert by.status == ss.status.OK
+    assert by.margin < 1e-6
+    one_sided = range(0, -9, -1)
+    period = slope(near, "V", 2e-6, lambda c: c.period, found, one_sided)
+    np.testing.assert_allclose(by.period[0], period, rtol=1e-8)
+    largest = slope(near, "V", 2e-6, lambda c: c.multipliers[0].real, found, one_sided)
+    np.testing.assert_allclose(by.multipliers[0, 0].real, largest, rtol=1e-8)
+    touching = branch[graze.row].derivative("V")
+    assert touching.margin < by.margin / 100
+    assert touching.status == ss.status.ONE_SIDED
+    assert found.derivative("V").multipliers[1:].any() == 0.0  # what sticking forgets

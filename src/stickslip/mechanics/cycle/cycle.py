@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.mechanics.cycle.mode_changes import on_section
+from stickslip.mechanics.cycle.rates import CycleRates, Rates, cycle_rates
 from stickslip.mechanics.cycle.section import EVENTS, Shot
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
@@ -101,10 +101,33 @@ class Cycle(Result):
         ValueError
             No name, or an unknown one.
         """
+        return np.array([Rates(self, name).period for name in self._checked(names)])
+
+    def derivative(self, *names: str) -> CycleRates:
+        """Differentiate the cycle by parameters: period, states at events, multipliers.
+
+        Parameters
+        ----------
+        *names : str
+            Among ``model.parameters``.
+
+        Returns
+        -------
+        CycleRates
+            `period`, `x`, `v`, `multipliers`, with a column for each name; `margin` and `status`,
+            which tell where an event is about to appear or to vanish.
+
+        Raises
+        ------
+        ValueError
+            No name, or an unknown one.
+        """
+        return cycle_rates(self, self._checked(names))
+
+    def _checked(self, names: tuple[str, ...]) -> tuple[str, ...]:
         if not names:
             raise ValueError("names of parameters are needed, at least one")
-        known = [checked_parameter("names", self.model, name) for name in names]
-        return np.array([_period_rate(self, name) for name in known])
+        return tuple(checked_parameter("names", self.model, name) for name in names)
 
     def __repr__(self) -> str:
         """Period, multipliers and events."""
@@ -122,17 +145,6 @@ class Cycle(Result):
         parts = (float(largest.real), float(largest.imag))
         facts = (self.period, *parts, self.stable, len(self.events), len(self.d))
         return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
-
-
-def _period_rate(cycle: Cycle, name: str) -> float:
-    """Differentiate the period by one parameter, by the equations of the cycle."""
-    shooting, unknowns = on_section(cycle, name)
-    _, jacobian, shot = shooting(unknowns)
-    if not shooting.free:
-        return shooting.rounds * shot.period_change
-    by_unknowns, by_parameter = jacobian[:, :-1], jacobian[:, -1]
-    rates = np.linalg.lstsq(by_unknowns, -by_parameter)[0]
-    return float(rates[shooting.n_states])
 
 
 def multiplier_text(value: complex) -> str:

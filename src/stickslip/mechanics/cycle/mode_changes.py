@@ -116,13 +116,11 @@ SOLVED: Final = 1e-11  # residual of a cycle, units of the state
 
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
     """Equations of a cycle along a parameter, with its sequence of modes, and its unknowns."""
-    model, plant, rounds = cycle.model, cycle.model.plant, 1
+    model, plant = cycle.model, cycle.model.plant
     shooter = Shooter(model, rtol=rtol, tangents=False)
-    start, along = shooter.start(cycle.x, cycle.v), None
-    if plant.is_forced:
-        time, rounds = _between_events(cycle), round(cycle.period / plant.period)
-    else:
-        time, along = _extreme(cycle)
+    start = shooter.start(cycle.x, cycle.v)
+    time, along = beginning(cycle)
+    rounds = round(cycle.period / plant.period) if plant.is_forced else 1
     if time > 0.0:
         start = shooter.leg(start, 10**9, max_time=time).state
     section = Section.through(plant, start, along)
@@ -130,6 +128,13 @@ def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shootin
     leg = shooter.leg(start, 10**9, max_time=cycle.period)
     shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
     return shooting, shooting.unknowns(start, cycle.period, model.parameters[name])
+
+
+def beginning(cycle: Cycle) -> tuple[float, Floats | None]:
+    """Time since the start of a cycle at which its section is, and what is extreme there."""
+    if cycle.model.plant.is_forced:
+        return _between_events(cycle), None
+    return _extreme(cycle)
 
 
 def _between_events(cycle: Cycle) -> float:
@@ -217,12 +222,12 @@ def _beside(
 ) -> Floats | None:
     """Cycle with other modes at a parameter beside a change, which tends to the one there."""
     for guess in _guesses(free, point, value):
-        y = _converged(free, guess, width)
+        y = converged(free, guess, width)
         if y is None or free.shot(y).word == word:
             continue
         nearer = y.copy()
         nearer[-1] += (1.0 - CLOSER) * (point.parameter - value)
-        limit = _converged(free, nearer, width)
+        limit = converged(free, nearer, width)
         far, near = (
             np.inf if z is None else float(np.abs(z - point.y)[:-1].max()) for z in (y, limit)
         )
@@ -246,7 +251,7 @@ def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats
             continue
 
 
-def _converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
+def converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
     """Cycle at the parameter of a guess, of whatever modes."""
     try:
         y = ArclengthCurve(shooting, shooting.scale(width, guess)).point(guess).y
