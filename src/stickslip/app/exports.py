@@ -48,12 +48,12 @@ from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import (
-    chain_map_of,
     found_cycle,
     map_of,
     naming,
     range_of,
     simulated,
+    space_map_of,
     two_blocks,
 )
 from stickslip.app.views.section import grid_of, sides_of
@@ -68,7 +68,11 @@ from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.style import pictured, save, style
 from stickslip.vocabulary import did_you_mean
 
-KNOWN: Final = requests.REQUESTS | requests.PICTURES
+KNOWN: Final = {
+    view: kind
+    for view, kind in (requests.REQUESTS | requests.PICTURES).items()
+    if kind is not requests.Returns
+}
 TYPES: Final = {
     "svg": "image/svg+xml",
     "png": "image/png",
@@ -348,7 +352,7 @@ def _law(request: requests.Law) -> Draw:
 
 
 def _basins(request: requests.Basins) -> Draw:
-    if (blocks := chain_map_of(request)) is not None:
+    if (blocks := space_map_of(request)) is not None:
         grid = grid_of(blocks, sides_of(request)[-1])
         return basins(blocks, attractors(blocks), grid=grid).plot
     f = map_of(request)
