@@ -171,6 +171,8 @@ def as_csv(request: requests.Request) -> str:
 
 def _point_rows(part: Part) -> Mapping[str, NDArray[Any]]:
     """Return the arrays that have a row for each point."""
+    if not part.arrays:
+        raise BadRequestError(part.data["why"])
     if "index" in part.arrays:  # points of a grid
         x, y = np.meshgrid(part.arrays["x"], part.arrays["y"], indexing="ij")
         return {"d_1": x.ravel(), "d_2": y.ravel(), "attractor": part.arrays["index"].ravel()}

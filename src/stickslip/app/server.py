@@ -42,7 +42,8 @@ from stickslip.app.jobs import Gate
 from stickslip.app.page import described_limits, presets
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
 from stickslip.app.views import VIEWS
-from stickslip.mechanics.model.file import model_values
+from stickslip.mechanics.model.file import model_of_values, model_values
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
 
 LOCAL: Final = ("127.0.0.1", "localhost", "[::1]")
@@ -191,15 +192,16 @@ def _first_asked() -> Iterator[requests.Request]:
         values, parameter="V", range=(0.0369, 0.037), window=(-0.1, 0.05), values=2, max_period=1
     )
     for preset in presets():
-        values = preset["state"]["model"]
-        if values["kind"] != "two_block":
-            rest = (0.0,) * len(values.get("static", [0.0]))
-            yield requests.Motion(values, x=rest, v=rest, t_end=20.0)
+        each = model_of_values(preset["state"]["model"])
+        if not isinstance(each, TwoBlock):
+            x = (0.0,) * each.plant.n_bodies
+            v = x if each.plant.n_positions else ()
+            yield requests.Motion(preset["state"]["model"], x=x, v=v, t_end=20.0)
 
 
 @cache
 def _json(what: str) -> bytes:
-    content: Any = {"presets": presets, "limits": described_limits}[what]()
+    content: Any = presets() if what == "presets" else described_limits()
     return msgspec.json.encode(content)
 
 

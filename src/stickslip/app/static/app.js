@@ -15,11 +15,12 @@ import {
   continuousParameters,
   hasLineMap,
   indexed,
+  slidersOf,
   valueOf,
   withValue,
 } from "./model.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
-import { clean, completeAlong, Store } from "./state.js";
+import { clean, completeAlong, same, Store } from "./state.js";
 
 const KEPT = 40; // answers that took long, for undo
 const SOON_MS = 150; // a head start for the map
@@ -94,7 +95,7 @@ export class App {
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
-    const domain = hasLineMap(this.state.model) ? this.domain() : undefined;
+    const domain = hasLineMap(this.state) ? this.domain() : undefined;
     const inside = domain ? Math.min(domain[1], Math.max(domain[0], d)) : d;
     this.store.update({ d: clean(inside) }, "d");
   }
@@ -122,7 +123,8 @@ export class App {
    */
   setModel(model) {
     const diagram = completeAlong(this.limits, model, { parameter: this.state.diagram.parameter });
-    this.store.update({ model, diagram, windows: {} }, "model");
+    const anew = { map: null, section: null, sliders: slidersOf(this.limits, model) };
+    this.store.update({ model, diagram, windows: {}, ...anew }, "model");
   }
 
   /** @param {string} panel @param {Box | null} box */
@@ -242,6 +244,7 @@ export class App {
   receive(slot, question, part) {
     const answer = this.known.receive(slot, question, part, this.question(slot));
     if (slot === "motion") this.#move();
+    if (slot === "returns") this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     this.#tell(slot);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
@@ -274,6 +277,14 @@ export class App {
     for (const { panel, slots } of this.views) panel.stand(standings.get(slots[0]));
     const wrong = [...standings.values()].find(({ error }) => error?.field)?.error;
     this.showError(wrong?.field ?? null, wrong?.message ?? "");
+  }
+
+  /** Which map the model has is part of the state, so that all else follows from the state. @param {Part} part */
+  #mapTold({ data }) {
+    if (data?.part_name !== "returns") return;
+    const { kind, why, coordinates, domain } = data;
+    const map = { kind, why, coordinates, domain };
+    if (!same(map, this.state.map)) this.store.replace({ ...this.state, map });
   }
 
   #move() {

@@ -13,7 +13,7 @@ import { Player } from "./player.js";
 import { Shipped } from "./shipped.js";
 import { completeState, fromFragment, toFragment } from "./state.js";
 import { reducedMotion, switchTheme, watchTheme } from "./theme.js";
-import { hasBlocksMap, hasLineMap } from "./model.js";
+import { blockCount, hasLineMap, hasSpaceMap, mapOf, sticksAsOne } from "./model.js";
 import { Tour } from "./tour.js";
 import { BasinsView } from "./views/basins.js";
 import { CycleView } from "./views/cycle.js";
@@ -61,11 +61,11 @@ function addViews(app, main) {
   ];
   const plane = new PlaneView(app);
   const cycle = new CycleView(app);
-  for (const view of [line[0], ...line.slice(2), plane])
-    view.isFor = ({ model }) => hasLineMap(model);
-  cycle.isFor = ({ model }) => !hasLineMap(model);
+  for (const view of [line[0], ...line.slice(2)]) view.isFor = hasLineMap;
+  plane.isFor = (state) => hasLineMap(state) && sticksAsOne(state.model);
+  cycle.isFor = (state) => !hasLineMap(state);
   const section = new SectionView(app);
-  section.isFor = ({ model }) => hasBlocksMap(model);
+  section.isFor = hasSpaceMap;
   const table = new TableView(app);
   const inMain = [...line, ...portraits, plane, table, cycle, section];
   main.append(...inMain.map((view) => view.panel.section));
@@ -131,7 +131,10 @@ async function start() {
   addTools(app, does);
   watchTheme(redraw);
   keepAddress(app, limits, presets);
-  const arrange = () => (main.dataset.kind = app.state.model.kind);
+  const arrange = () => {
+    main.dataset.map = mapOf(app.state).kind;
+    main.dataset.contacts = String(blockCount(app.state.model));
+  };
   app.store.subscribe(arrange);
   arrange();
   app.changed();

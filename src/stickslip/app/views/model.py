@@ -42,6 +42,7 @@ FIRST: Final = 16  # motions before the second check
 MOST: Final = 4096  # between any two
 MAX_EVENTS: Final = 20_000
 CYCLE_SAMPLES: Final = 2000
+NO_CYCLE: Final = "no cycle was found"
 KNOWN_PLACE: Final = 1e-9  # of its velocity: as which a contact's displacement is recognised
 CODES: Final = np.array([0, 1, 2], dtype=np.uint8)
 """How modes travel: stick, forward (1), backward (-1, the last)."""
@@ -200,7 +201,9 @@ def told_map(request: OfMap) -> dict[str, Any]:
     except BadRequestError as error:
         if error.field.startswith("model."):
             raise
-        return {"kind": "none", "why": str(error), "coordinates": [], "domain": None}
+        subject, has, rest = str(error).partition(" has ")
+        why = f"This model{has}{rest}" if subject.startswith("model = ") else str(error)
+        return {"kind": "none", "why": why, "coordinates": [], "domain": None}
     of_contact = isinstance(f, SectionMap)
     names = list(f.coordinates) if of_contact else ["d"] * f.dimension
     told = {"kind": "space", "why": "", "coordinates": names, "domain": None}
@@ -280,8 +283,14 @@ def motion(request: requests.Motion) -> Iterator[Part]:
 
 
 def cycle(request: requests.Cycle) -> Iterator[Part]:
-    """Follow a motion onto its limit cycle."""
-    found = found_cycle(request)
+    """Follow a motion onto its limit cycle, or tell why there is none."""
+    try:
+        found = found_cycle(request)
+    except BadRequestError as error:
+        if not str(error).startswith(NO_CYCLE):
+            raise
+        yield Part("cycle", data={"why": str(error)})
+        return
     data = {
         "period": found.period,
         "multipliers": [complex(value) for value in found.multipliers],
@@ -346,12 +355,13 @@ def sampled(found: Trajectory, samples: int) -> dict[str, NDArray[Any]]:
     phase = np.minimum(np.searchsorted(found.t, t, side="right") - 1, len(found.modes) - 1)
     x, v = found.x(t), found.v(t)
     u, w = at_contacts(found.model, t, x, v)
+    limit = found.model.plant.limits(x, v)
+    own = {} if found.model.plant.rubs_as_one else {"u": u, "w": w, "limit": limit}
     return {
         "t": t,
         "x": x,
         "v": v,
-        "u": u,
-        "w": w,
+        **own,
         "mode": CODES[found.modes[phase]],
         "force": found.friction(t),
         "interval": _stick_intervals(found, t, u),
@@ -402,8 +412,9 @@ def assembly(model: Model) -> dict[str, Any]:
         | {"limit": plant.static[k], "elastic": k in plant.elastic}
         for k in range(plant.n_contacts)
     ]
-    if not plant.n_positions or any(contact["bodies"] is None for contact in contacts):
-        return {"bodies": 0, "springs": [], "contacts": contacts}
+    if not plant.n_positions or not all(contact["bodies"] for contact in contacts):
+        alone = [contact | {"bodies": []} for contact in contacts]
+        return {"bodies": 0, "springs": [], "contacts": alone}
     stiffness = 0.5 * (plant.stiffness + plant.stiffness.T)[:n]
     dust = 1e-12 * np.abs(stiffness).max(initial=0.0)
     rows = [(i, j, -stiffness[i, j]) for i in range(n) for j in range(i + 1, n)]
@@ -412,8 +423,8 @@ def assembly(model: Model) -> dict[str, Any]:
     return {"bodies": n, "springs": springs, "contacts": contacts}
 
 
-def _joined(row: Floats, is_elastic: bool, plant: Plant) -> list[int] | None:
-    """Numbers of the bodies that a contact joins; one: it rubs on the ground or a belt."""
+def _joined(row: Floats, is_elastic: bool, plant: Plant) -> list[int]:
+    """Numbers of the bodies that a contact joins; one: it rubs on a belt; none: on other things."""
     if is_elastic:  # its foot stretches a spring to where it acts
         row = -plant.stiffness[int(np.flatnonzero(row)[0])] * (np.arange(len(row)) < plant.n_bodies)
         row = row / np.abs(row).max()
@@ -423,7 +434,7 @@ def _joined(row: Floats, is_elastic: bool, plant: Plant) -> list[int] | None:
             return at.tolist()
         case [-1.0, 1.0]:
             return [int(np.argmax(row)), int(np.argmin(row))]
-    return None
+    return []
 
 
 def events(found: tuple[Event, ...]) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@
  * @import {Part} from "../types.js"
  */
 import { Labels, mark } from "../marks.js";
+import { coordinateOf, sticksAsOne } from "../model.js";
 import { listed, short } from "../numbers.js";
 import { colors, nth } from "../theme.js";
 import { View } from "./view.js";
@@ -41,6 +42,7 @@ export class BasinsView extends View {
     const { edges } = this.part?.arrays ?? {};
     const whole = edges ? [edges[0], edges[edges.length - 1]] : [-1, 1];
     const [low, high] = this.app.state.windows.map ?? this.app.domain() ?? whole;
+    this.plot.options.xlabel = coordinateOf(this.app.state);
     this.plot.setView([low, high, 0, 1]);
   }
 
@@ -51,9 +53,11 @@ export class BasinsView extends View {
     const parts = this.attractors.map((one, k) => `${percent(shares[k])} end on ${name(one)}`);
     const rest = 1 - shares.reduce((sum, share) => sum + share, 0);
     if (!parts.length)
-      return "No attractor is known: from no start do the blocks go on sticking together.";
+      return sticksAsOne(this.app.state.model)
+        ? "No attractor is known: from no start do the blocks go on sticking together."
+        : "No attractor is known: from no start does the motion go on returning.";
     if (rest > 5e-4) parts.push(`${percent(rest)} on none known`);
-    return `Of all starts d ${listed(parts)}.`;
+    return `Of all starts ${coordinateOf(this.app.state).replace("_", "")} ${listed(parts)}.`;
   }
 
   /** Of the whole domain. */

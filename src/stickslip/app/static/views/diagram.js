@@ -6,6 +6,7 @@
  */
 import { BIFURCATIONS, Labels, mark } from "../marks.js";
 import { bifurcationThings, told, under } from "../objects.js";
+import { coordinateOf } from "../model.js";
 import { short } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
@@ -47,6 +48,7 @@ export class DiagramView extends View {
   update() {
     const { diagram } = this.app.state;
     this.plot.options.xlabel = this.app.symbol(diagram.parameter);
+    this.plot.options.ylabel = coordinateOf(this.app.state);
     const vertical = diagram.view ?? diagram.window ?? this.extent();
     this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
   }
@@ -185,7 +187,7 @@ export class DiagramView extends View {
   read(x, y) {
     const thing = this.thing(x, y);
     if (thing) return told(thing);
-    return `${this.app.state.diagram.parameter} = ${short(x, 7)}, d = ${short(y, 5)}`;
+    return `${this.app.state.diagram.parameter} = ${short(x, 7)}, ${coordinateOf(this.app.state).replace("_", "")} = ${short(y, 5)}`;
   }
 
   resetZoom() {

@@ -5,6 +5,7 @@
  * @import {Orbit, Part, State, Box} from "../types.js"
  */
 import { Labels, mark, orbitName, orbitShape } from "../marks.js";
+import { coordinateOf, sticksAsOne } from "../model.js";
 import { modeBar } from "../modes.js";
 import { breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
 import { colors, nth } from "../theme.js";
@@ -59,12 +60,17 @@ export class MapView extends View {
 
   update() {
     const { state } = this.app;
+    const name = coordinateOf(state);
+    const after = (/** @type {string} */ step) => name.replace(/_?(\d*)$/, (_, k) => `_{${k && `${k},`}${step}}`);
+    const ofBlocks = sticksAsOne(state.model);
+    Object.assign(this.plot.options, { xlabel: after("n"), ylabel: after("n+1") });
+    if (this.main) this.panel.title.textContent = ofBlocks ? "Event map" : "Return map";
     if (!this.main) {
       this.panel.title.replaceChildren(
         "Map f",
         Object.assign(document.createElement("sup"), { textContent: String(state.power) }),
       );
-      this.plot.options.ylabel = `d_{n+${state.power}}`;
+      this.plot.options.ylabel = after(`n+${state.power}`);
     }
     const values = this.values;
     const home = values ? [...values.data.domain, ...values.data.domain] : [-1, 1, -1, 1];
@@ -75,8 +81,12 @@ export class MapView extends View {
   sentence() {
     const { values } = this;
     if (!values) return "";
+    const ofBlocks = sticksAsOne(this.app.state.model);
+    const name = coordinateOf(this.app.state).replace("_", "");
     if (!values.arrays.branch.some((/** @type {number} */ branch) => branch >= 0))
-      return "No value: from no d shown do both blocks stick together again.";
+      return ofBlocks
+        ? "No value: from no d shown do both blocks stick together again."
+        : "No value: from no point shown does the motion return.";
     const { power, d } = this.app.state;
     const proper = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
@@ -88,13 +98,14 @@ export class MapView extends View {
       ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}.`
       : "";
     const more = this.orbits.complete ? "" : " Others may lie between the samples.";
-    if (!this.main) return `On the diagonal motions repeat after ${power} sticks: ${known}${more}`;
+    if (!this.main) return `On the diagonal motions repeat after ${power} ${ofBlocks ? "sticks" : "returns"}: ${known}${more}`;
     const jumps = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const [near] = jumps.sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
     const breaks = near?.why
-      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of d = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(/, X|:/)[0]}.`
+      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of ${name} = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(/, X|:/)[0]}.`
       : "";
-    return `Each stick of both blocks, at d, leads to the next, at f(d): ${known}${more}${breaks}`;
+    const each = ofBlocks ? "Each stick of both blocks" : `Each ${releaseOf(this.app.state)}`;
+    return `${each}, at ${name}, leads to the next, at f(${name}): ${known}${more}${breaks}`;
   }
 
   paint() {
@@ -212,10 +223,15 @@ export class MapView extends View {
     const { x: xs, f, branch } = values.arrays;
     const k = nearest(xs, x);
     const itinerary = values.data.itineraries?.[branch[k]];
-    const text = `d = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? "\n" : ""}`;
+    const name = coordinateOf(this.app.state).replace("_", "");
+    const text = `${name} = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? "\n" : ""}`;
     return itinerary ? [text, modeBar(itinerary)] : text;
   }
 }
+
+/** What a return map goes from and to. @param {State} state */
+const releaseOf = ({ section }) =>
+  section?.event === "landing" ? "landing, the end of a slip" : "release, the end of a stick";
 
 /** Those through a jump are many, and marked small. @param {Orbit} orbit */
 function orbitLook(orbit) {

@@ -50,7 +50,7 @@ export class TableView extends View {
 
   /** @override @param {any} state */
   isFor(state) {
-    return this.open && hasLineMap(state.model);
+    return this.open && hasLineMap(state);
   }
 
   /** @override */
