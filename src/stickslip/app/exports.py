@@ -203,7 +203,7 @@ class Downloads:
 
     async def answer(self, received: Request) -> Response:
         """Make the file that is asked for, or tell why not."""
-        content = await _read(received)
+        content = await read_body(received)
         if content is None:
             return _refused(TOO_LARGE, f"a request has {LARGEST} bytes at most")
         try:
@@ -252,7 +252,7 @@ def _code_of(error: Exception) -> int:
     return BROKEN
 
 
-async def _read(received: Request) -> bytes | None:
+async def read_body(received: Request) -> bytes | None:
     """Return the body of a request, None if it is too large."""
     content = b""
     async for piece in received.stream():

@@ -21,6 +21,8 @@ from stickslip.mechanics.model.file import model_of_values, model_values, read_m
 from stickslip.vocabulary import TERMS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from stickslip.mechanics.model.arguments import Model
 
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4
@@ -107,6 +109,13 @@ def _along(parameter: str, low: float, high: float) -> dict[str, Any]:
     return {"parameter": parameter, "range": (low, high), "window": None, "max_period": 2}
 
 
+def _helmholtz() -> dict[str, Any]:
+    from stickslip.studies.bowed_string.string import MODEL, PLACE, helmholtz  # loads SciPy
+
+    x, v = helmholtz(PLACE, MODEL.contacts[0].static)
+    return {"x": x.tolist(), "v": v.tolist()}
+
+
 FORWARD: Final = requests.Section(direction="forward")
 
 
@@ -170,8 +179,8 @@ def _of_studies() -> dict[str, tuple[str, dict[str, Any]]]:
             _studied(
                 "bowed_string",
                 sliders={"static_1": (0.5, 40.0), "V_1": (0.1, 3.0), "mu_1": (0.1, 0.9)},
-                x=[0.0],
-                t_end=40,
+                **_helmholtz(),
+                t_end=20,
             ),
         ),
         "rubbing": (
@@ -216,6 +225,11 @@ def _of_studies() -> dict[str, tuple[str, dict[str, Any]]]:
             ),
         ),
     }
+
+
+def opened(path: Path) -> dict[str, Any]:
+    """Return a preset of a model file's plant."""
+    return {"name": "model", "title": path.name, "state": of_model(read_model(path))}
 
 
 @cache

@@ -22,7 +22,7 @@ from stickslip.checks import finite_number
 from stickslip.mechanics.friction import UserLaw
 from stickslip.mechanics.friction.formula import TracedFormula
 from stickslip.mechanics.model.arguments import Model
-from stickslip.mechanics.model.file import model_of_values
+from stickslip.mechanics.model.file import model_of_values, toml_of
 from stickslip.mechanics.model.plant import solved
 from stickslip.mechanics.model.structure import Structure
 from stickslip.vocabulary import did_you_mean
@@ -312,6 +312,15 @@ def decoded(content: str | bytes | Raw, kind: type[T]) -> T:
         raise BadRequestError(PLACE.sub("", text), place[1] if place else "") from None
     except (msgspec.DecodeError, RecursionError) as error:
         raise BadRequestError(f"not JSON: {error}") from None
+
+
+def model_of_text(content: bytes) -> Model:
+    """Make the model of a file, within the explorer's bounds."""
+    try:
+        table = toml_of(content.decode())
+    except ValueError as error:
+        raise BadRequestError(str(error)) from None
+    return model_of(Request(table))
 
 
 def model_of(request: Request) -> Model:

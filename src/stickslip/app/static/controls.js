@@ -10,6 +10,7 @@ import {
   FORMULA,
   blockCount,
   continuousParameters,
+  coordinateOf,
   defaultLaw,
   defaultModel,
   hasLaws,
@@ -21,6 +22,7 @@ import {
   isStructure,
   parametersOf,
   startState,
+  sticksAsOne,
   valueOf,
   withForcing,
   withFormula,
@@ -284,7 +286,20 @@ export class Controls {
       const fits = presets.filter((one) => same(one.state.model, model));
       if (!fits.some(({ name }) => name === choose.value)) choose.value = fits[0]?.name ?? "";
     });
-    return this.#group("Preset", choose);
+    if (app.alone) return this.#group("Preset", choose);
+    const file = element("input", { type: "file", accept: ".toml", hidden: true, "data-open": true });
+    file.addEventListener("change", () => this.#open(file.files[0]).finally(() => (file.value = "")));
+    const look = { type: "button", class: "tool", onclick: () => file.click() };
+    return this.#group("Preset", choose, element("button", look, "Open a model file …"), file);
+  }
+
+  /** Show the plant of a model file. @param {File | undefined} file */
+  async #open(file) {
+    if (!file) return;
+    const reply = await fetch(new URL("open", location.href), { method: "POST", body: file });
+    const { state, error } = await reply.json();
+    if (error) return this.mark(null, `${file.name}: ${error}`);
+    this.app.store.update(completeState(this.app.limits, state), "preset");
   }
 
   #model() {
@@ -449,6 +464,11 @@ export class Controls {
       symbol: "d",
       meaning: "start: X₂ − X₁ while both stick",
     };
+    const pointed = (/** @type {State} */ state) => {
+      stick.querySelector(".symbol").textContent = coordinateOf(state).replace("_", "");
+      const of = sticksAsOne(state.model) ? "X₂ − X₁ while both stick" : "a point of the return map";
+      stick.querySelector(".word").textContent = stick.title = `start: ${of}`;
+    };
     const stick = this.#number(
       start,
       ({ d }) => d,
@@ -469,6 +489,7 @@ export class Controls {
     );
     this.fixed.push((state) => {
       stick.hidden = !hasLineMap(state);
+      pointed(state);
       for (const row of states) row.hidden = hasLineMap(state);
     });
     const duration = {
@@ -476,9 +497,9 @@ export class Controls {
       symbol: "T",
       meaning: "duration of the motion",
       default: 120,
-      min: 20,
+      min: 1,
       max: 500,
-      step: 5,
+      step: 1,
     };
     return this.#group(
       "Motion",

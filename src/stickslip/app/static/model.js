@@ -59,7 +59,7 @@ export const coordinatesOf = (state) =>
 export const coordinateOf = (state) => coordinatesOf(state)[0] ?? "d";
 
 /** A symbol with its index as `mathText` reads it: V_dr is V_{dr}. @param {string} symbol */
-export const indexed = (symbol) => symbol.replace(/_(\w+)/, "_{$1}");
+export const indexed = (symbol) => symbol.replace(/_([\w,]+)/, "_{$1}");
 
 /** Whether each block has a law of its own. @param {Model} model */
 export const hasLaws = (model) => isStructure(model) || Array.isArray(model.friction);
@@ -173,7 +173,7 @@ const SYMBOLS = {
   a: ["a", "constant part"],
   static: ["L", "static limit of contact"],
   V: ["V", "velocity of the belt of contact"],
-  load: ["l", "how its limit depends on displacements: contact"],
+  load: ["l", "limit per displacement"],
   contact_stiffness: ["k", "spring in series with contact"],
   amplitude: ["a", "amplitude of the force"],
   frequency: ["Ω", "angular frequency"],

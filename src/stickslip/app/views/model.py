@@ -213,7 +213,7 @@ def told_map(request: OfMap) -> dict[str, Any]:
         except ValueError as error:
             return told | {"kind": "none", "why": str(error)}
     if of_contact and f.domain is None:
-        why = f"the map has {f.dimension} numbers: give a range for each to see its basins."
+        why = f"The map has {f.dimension} numbers: give a range for each to see its basins."
         return told | {"kind": "none", "why": why}
     return told
 
@@ -354,7 +354,8 @@ def sampled(found: Trajectory, samples: int) -> dict[str, NDArray[Any]]:
     t = np.union1d(np.linspace(0.0, found.t[-1], samples), found.t)
     phase = np.minimum(np.searchsorted(found.t, t, side="right") - 1, len(found.modes) - 1)
     x, v = found.x(t), found.v(t)
-    u, w = at_contacts(found.model, t, x, v)
+    sticks = found.modes[phase] == 0
+    u, w = at_contacts(found.model, t, x, v, sticks)
     limit = found.model.plant.limits(x, v)
     own = {} if found.model.plant.rubs_as_one else {"u": u, "w": w, "limit": limit}
     return {
@@ -368,7 +369,9 @@ def sampled(found: Trajectory, samples: int) -> dict[str, NDArray[Any]]:
     }
 
 
-def at_contacts(model: Model, t: Floats, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+def at_contacts(
+    model: Model, t: Floats, x: Floats, v: Floats, sticks: NDArray[np.bool_]
+) -> tuple[Floats, Floats]:
     """Displacements and velocities of the contacts, shape (n, m)."""
     # One whose displacement is no function of the state goes on about its mean velocity.
     plant = model.plant
@@ -382,8 +385,18 @@ def at_contacts(model: Model, t: Floats, x: Floats, v: Floats) -> tuple[Floats, 
     off = np.abs(rates @ places - wanted).max(axis=0)
     steps = np.diff(t)[:, None] * 0.5 * (w[1:] + w[:-1])
     way = np.concatenate([np.zeros((1, w.shape[1])), np.cumsum(steps, axis=0)])
-    about = way - np.outer(t, way[-1] / max(t[-1], 1e-300))
+    about = np.stack([_steady(t, *each) for each in zip(way.T, sticks.T, strict=True)], axis=-1)
     return np.where(off <= KNOWN_PLACE * np.abs(plant.out).max(), x @ places, about), w
+
+
+def _steady(t: Floats, way: Floats, sticks: NDArray[np.bool_]) -> Floats:
+    """Take off the mean velocity, between landings late in the motion if there are any."""
+    landings = np.flatnonzero(sticks[1:] & ~sticks[:-1]) + 1
+    late = landings[t[landings] >= 0.5 * t[-1]]
+    first, last = (late[0], late[-1]) if len(late) > 1 else (0, len(t) - 1)
+    if t[last] == t[first]:
+        return way
+    return np.asarray(way - t * (way[last] - way[first]) / (t[last] - t[first]))
 
 
 def _stick_intervals(found: Trajectory, t: Floats, u: Floats) -> Floats:

@@ -27,7 +27,7 @@ export class CycleView extends View {
     const cycle = this.answer("cycle")?.parts[0]?.data;
     if (cycle?.why) return "From this start no cycle is reached.";
     return cycle
-      ? `The motion ends on a ${cycle.stable ? "stable" : "unstable"} cycle that repeats every ${short(cycle.period, 4)}.`
+      ? `The motion ends on ${cycle.stable ? "a stable" : "an unstable"} cycle that repeats every ${short(cycle.period, 4)}.`
       : "";
   }
 

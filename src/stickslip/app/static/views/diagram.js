@@ -12,7 +12,7 @@ import { colors } from "../theme.js";
 import { View } from "./view.js";
 
 /** A symbol as text. @param {string} symbol */
-const plain = (symbol) => symbol.replace(/_\{?(\w+)\}?/, "$1").replace("Vdr", "V");
+const plain = (symbol) => symbol.replace(/_\{?([\w,]+)\}?/, "$1").replace("Vdr", "V");
 
 export class DiagramView extends View {
   /** @param {App} app */

@@ -108,7 +108,7 @@ export class MechanismView extends View {
     const sticks = contacts.map((_, c) => mode[k * contacts.length + c] === 0);
     const speed = contacts.map(({ V }, c) => w[k * contacts.length + c] - V);
     this.#floors(at, scene, clock.t);
-    this.#walls(at);
+    if (!scene.scaled || scene.springs.some(([, other]) => other < 0)) this.#walls(at);
     const widest = Math.max(...scene.springs.map(([, , stiffness]) => Math.abs(stiffness)));
     for (const [one, other, stiffness] of scene.springs) {
       const heavy = scene.scaled ? 2.2 * Math.sqrt(Math.abs(stiffness) / widest) : 1.1 * Math.sqrt(stiffness);

@@ -28,7 +28,8 @@ function around(xs, ys) {
         }
       }
       if (!(high >= low)) return [-1, 1];
-      const pad = 0.07 * (high - low) || 0.1;
+      const dust = 1e-9 * Math.max(Math.abs(low), Math.abs(high)); // rounding is no motion
+      const pad = high - low > dust ? 0.07 * (high - low) : 0.1;
       return [low - pad, high + pad];
     })
   );
@@ -36,12 +37,13 @@ function around(xs, ys) {
 
 /**
  * What a contact is called: after its block, or the bodies that it joins.
- * @param {Model} model @param {{bodies: number[]}} contact @param {number} k
+ * @param {Model} model @param {{bodies: number[], elastic: boolean}} contact @param {number} k
  */
-export function contactName(model, { bodies }, k) {
+export function contactName(model, { bodies, elastic }, k) {
   if (!isStructure(model)) return `Block ${k + 1}`;
   const [one, other] = bodies.map((body) => body + 1);
   if (other) return `Body ${one} on body ${other}`;
+  if (one && elastic) return `Foot of body ${one}`;
   return one ? `Body ${one}` : `Contact ${k + 1}`;
 }
 

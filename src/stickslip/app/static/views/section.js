@@ -74,7 +74,8 @@ export class SectionView extends View {
     const ends = this.names().map((who, k) => `${percent(shares[k])} end on ${who}`);
     const where = held ? " in this section, other differences 0," : "";
     const wrong = mistaken ? ` ${mistaken} of ${checked} checked came elsewhere.` : "";
-    return `Of the starts${where} ${listed(ends)}: by sampling, no proof.${wrong}`;
+    const who = sticksAsOne(this.app.state.model) ? "starts" : "starts whose motion returns";
+    return `Of the ${who}${where} ${listed(ends)}: by sampling, no proof.${wrong}`;
   }
 
   paint() {
