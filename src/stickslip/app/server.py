@@ -268,6 +268,7 @@ class _Explorer:
     async def opened(self, request: Request) -> Response:
         """Answer a model file with the state that the page begins with."""
         content = await read_body(request)
+        answer: dict[str, Any]
         try:
             if content is None:
                 raise BadRequestError(f"a model file has {LARGEST} bytes at most")
