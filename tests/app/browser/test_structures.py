@@ -134,3 +134,6 @@ def test_a_plant_is_opened_from_a_file(explorer, tmp_path):
     explorer.page.wait_for_selector(".controls .error:not([hidden])")
     assert "own.toml: " in explorer.page.locator(".controls .error").text_content()
     assert explorer.state["model"] == expected
+    (complaint,) = explorer.complaints  # the browser's own line about the answer
+    assert "422" in complaint
+    explorer.complaints.clear()

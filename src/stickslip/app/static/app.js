@@ -15,6 +15,7 @@ import {
   continuousParameters,
   hasLineMap,
   indexed,
+  mapOf,
   slidersOf,
   valueOf,
   withValue,
@@ -185,6 +186,7 @@ export class App {
   /** Ask what is new: the map first, what is quick after it, the rest when the controls rest. */
   askAll() {
     const slots = slotsFor(this.state);
+    if (mapOf(this.state).kind === "unknown") this.asked.delete("returns"); // as told, but forgotten
     if (slots.includes("map")) this.ask("map");
     clearTimeout(this.soonTimer);
     if (this.connection.running.has("map")) {
