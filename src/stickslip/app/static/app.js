@@ -1,7 +1,7 @@
 /**
  * The page at work: state to questions, answers to views.
  *
- * @import {Box, Limits, Part, Preset, Question, State} from "./types.js"
+ * @import {Box, Limits, Part, Question, State} from "./types.js"
  * @import {Shipped} from "./shipped.js"
  * @import {View} from "./views/view.js"
  * @import {Panel} from "./panel.js"

@@ -343,7 +343,7 @@ export class Controls {
       const looks =
         name === "power"
           ? { symbol: "p", meaning: "power of the map shown" }
-          : { symbol: "n", meaning: "orbits listed up to period" };
+          : { symbol: "N", meaning: "orbits listed up to period" };
       const one = { name, ...looks, ...known, step: 1, whole: true };
       return this.#number(
         one,

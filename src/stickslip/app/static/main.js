@@ -1,7 +1,7 @@
 /**
  * Starts the page: what the server allows, the state of the address, the views, the controls.
  *
- * @import {Limits, Preset, State} from "./types.js"
+ * @import {Limits, Preset} from "./types.js"
  */
 import { App } from "./app.js";
 import { Controls } from "./controls.js";
@@ -52,11 +52,12 @@ function addViews(app, main) {
     (_, block) => new PortraitView(app, block),
   );
   const law = new LawView(app);
+  const map = new MapView(app, "map");
   const line = [
-    new MapView(app, "map"),
+    map,
     new MechanismView(app),
     new DiagramView(app),
-    new BasinsView(app),
+    new BasinsView(app, map.plot),
     new MapView(app, "power"),
   ];
   const plane = new PlaneView(app);

@@ -80,7 +80,8 @@ export class Panel {
   /** Say in a sentence what is seen now. @param {string} text */
   say(text) {
     text = spelled(text);
-    if (this.sentence.textContent !== text) this.sentence.textContent = text;
+    if (this.sentence.textContent === text) return;
+    this.sentence.textContent = this.sentence.title = text; // small panels cut it
   }
 }
 

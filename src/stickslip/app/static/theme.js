@@ -48,6 +48,21 @@ export function nth(k) {
   };
 }
 
+/**
+ * What phases of a motion add to the number of a colour: neighbours on a map seldom have the same.
+ * @type {Record<string, number>}
+ */
+const WEIGHTS = { "-.": 2, ".-": 1, "--": 0, "+.": 3, ".+": 5, "+-": 3, "-+": 6, "++": 5, "..": 0 };
+
+/**
+ * Colour of a branch by its itinerary, or by its label: the same wherever and whenever it is seen.
+ * @param {string} name  `-. -- ..`, or digits
+ */
+export function colorOf(name) {
+  const weight = (/** @type {string} */ phase) => WEIGHTS[phase] ?? parseInt(phase.slice(-8), 16);
+  return nth(name.split(" ").reduce((sum, phase) => sum + weight(phase), 0) % 7).color;
+}
+
 const media = matchMedia("(prefers-color-scheme: dark)");
 
 /** @param {() => void} onchange */
