@@ -148,9 +148,9 @@ def test_bands_have_no_gaps(explorer):
             const [[values, d]] = view.dots;
             const last = Math.max(...values);
             const low = Math.min(...[...d].filter((_, k) => values[k] === last));
-            const { data } = plot.base.getContext("2d").getImageData(
-                Math.round((plot.x(0.03701) + 1) * plot.ratio), Math.round(plot.y(low) * plot.ratio) - 1,
-                Math.round((plot.right - plot.x(0.03701) - 4) * plot.ratio), 1);
+            const [left, right, y] = [plot.x(0.03701), plot.right - 4, plot.y(low) - 1];
+            const { data } = plot.base
+                .getContext("2d").getImageData(left, y, Math.round(right - left), 1);
             let blank = 0;
             for (let k = 0; k < data.length; k += 4) if (data[k + 3] === 0) blank += 1;
             return blank;

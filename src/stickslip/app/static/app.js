@@ -79,6 +79,12 @@ export class App {
     return blockCount(state.model);
   }
 
+  /** Views presented, if any: those of the state that the model has. */
+  get large() {
+    const known = this.views.filter((view) => view.isFor(this.state)).map(({ id }) => id);
+    return this.state.large.filter((id) => known.includes(id));
+  }
+
   /** Present value of the diagram's parameter. */
   get parameter() {
     return Number(valueOf(this.limits, this.state.model, this.state.diagram.parameter));
@@ -165,8 +171,9 @@ export class App {
   // --- questions -------------------------------------------------------------------------------
 
   changed() {
+    const { large } = this;
     for (const view of this.views) {
-      const shown = view.isFor(this.state);
+      const shown = view.isFor(this.state) && (!large.length || large.includes(view.id));
       view.panel.section.hidden = !shown;
       if (!shown) continue;
       const zoomed =

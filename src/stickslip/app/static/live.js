@@ -1,7 +1,7 @@
 /**
  * In the place of a server: a thread that answers what the package's kernels can answer alone.
  *
- * @import {Model, Numbers, Orbit, Part} from "./types.js"
+ * @import {Model, Numbers, Orbit} from "./types.js"
  * @import {Law, Samples} from "./engine.js"
  */
 import { Engine, force } from "./engine.js";

@@ -62,7 +62,8 @@ export class Plot {
     /** @type {() => void} */ this.onresize = () => {};
     this.pending = 0;
     this.dirty = false;
-    this.width = this.height = 0;
+    this.width = this.height = 0; // in units of which the screen shows `scale` pixels
+    this.scale = 1;
     this.ratio = 1;
     this.left = this.right = this.top = this.bottom = this.gutter = 0;
     this.xTicks = this.yTicks = ticks(0, 1, 2);
@@ -75,11 +76,13 @@ export class Plot {
   }
 
   #resize() {
-    const { clientWidth: width, clientHeight: height } = this.host;
+    const { clientWidth, clientHeight } = this.host;
+    this.scale = Number(getComputedStyle(this.host).getPropertyValue("--scale")) || 1;
+    const [width, height] = [clientWidth / this.scale, clientHeight / this.scale];
     if (!width || !height || (width === this.width && height === this.height)) return;
     this.width = width;
     this.height = height;
-    this.ratio = Math.max(1, Math.min(3, devicePixelRatio || 1));
+    this.ratio = this.scale * Math.max(1, Math.min(3, devicePixelRatio || 1));
     for (const canvas of [this.base, this.over]) {
       canvas.width = Math.round(width * this.ratio);
       canvas.height = Math.round(height * this.ratio);

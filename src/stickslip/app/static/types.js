@@ -23,6 +23,7 @@
  * @property {number} max_period  of the orbits listed
  * @property {Along} diagram
  * @property {Record<string, Box | null>} windows  zoomed views, by panel
+ * @property {string[]} large  views presented, by panel; none: all are shown
  *
  * @typedef {object} Parameter  a control, described by the server
  * @property {string} name

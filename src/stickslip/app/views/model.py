@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.app.jobs import checkpoint
 from stickslip.app.requests import BadRequestError, Part, is_ours, model_of, refuse_far
+from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap, GlobalStickMap
 from stickslip.mechanics.eventmap.records import Outputs
@@ -239,7 +240,10 @@ def found_cycle(request: requests.Cycle) -> Cycle:
     model = model_of(request)
     with naming(_start_field(request)):
         x, v = _state_of(model, start_of(model, request))
-        return find_cycle(model, x, v, max_events=request.max_events)
+        try:
+            return find_cycle(model, x, v, max_events=request.max_events)
+        except NoCycleError as none:  # the start is not to blame
+            raise BadRequestError(str(none)) from none
 
 
 def start_of(model: Model, request: requests.Start) -> dict[str, Any]:

@@ -130,7 +130,7 @@ export class BasinsView extends View {
     context.rect(left, top, right - left, bottom - top);
     context.clip();
     context.beginPath();
-    for (let x = Math.floor((left - 60) / 7) * 7; x < right; x += 7) {
+    for (let x = Math.floor((left - bottom + top) / 7) * 7; x < right; x += 7) {
       context.moveTo(x, bottom);
       context.lineTo(x + bottom - top, top);
     }
