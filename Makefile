@@ -4,7 +4,7 @@
 #   make reproduce    the paper's figures and table of values in out/
 #   make test         the test suite
 #   make evidence     the large samples and long proofs, an hour or two
-#   make check        lint, types, import contracts, budgets, then the tests: what CI runs
+#   make check        lint, types, the page, import contracts, budgets, then the tests: what CI runs
 #   make docs         the documentation in docs/_build/html, from local files alone
 #   make packaging    wheel and sdist in empty environments, oldest and newest dependencies
 #   make benchmark    the timings, competitors included
@@ -21,7 +21,7 @@ COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-emit-index-url --no-emit-find-links --no-header
 
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test check docs benchmark evidence packaging wheel clean lint format types contracts budgets \
+.PHONY: help reproduce test check docs benchmark evidence packaging wheel clean lint format types page contracts budgets \
 	test-kernels test-all lock env env-dev env-docs
 
 help:
@@ -41,6 +41,7 @@ test: $(STAMPS)/dev
 check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory lint
 	@$(MAKE) --no-print-directory types
+	@$(MAKE) --no-print-directory page
 	@$(MAKE) --no-print-directory contracts
 	@$(MAKE) --no-print-directory budgets
 	@$(MAKE) --no-print-directory test
@@ -103,6 +104,10 @@ format: $(STAMPS)/dev
 
 types: $(STAMPS)/dev
 	$(PY) -m mypy
+
+# The explorer's JavaScript; needs node and npm, and is told as skipped without.
+page: $(STAMPS)/dev
+	$(PY) -m tests.house.page.checker
 
 contracts: $(STAMPS)/dev
 	$(VENV)/bin/lint-imports

@@ -18,7 +18,7 @@ from stickslip.app.exports import DRAWN
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.requests import Part
 from stickslip.app.server import application
-from stickslip.app.session import SLOTS, Limits
+from stickslip.app.session import BURST, PAUSE, SHARE, SLOTS, Limits, Workers
 from stickslip.app.views import VIEWS
 from stickslip.app.views.model import naming
 
@@ -106,6 +106,14 @@ def test_a_formula_that_is_none_is_told_at_its_field(page, law, message):
     error = page.error("law", model={**COULOMB, "friction": law})
     assert error["field"] == "model.law"
     assert message in error["message"]
+
+
+def test_a_motion_that_comes_to_no_cycle_is_no_fault_of_a_field(page):
+    model = {**CHAIN, "damping": 5.0}
+    start = {"x": [0.1] + [0.0] * (len(CHAIN["static"]) - 1), "v": [0.0] * len(CHAIN["static"])}
+    error = page.error("cycle", model=model, **start)
+    assert error["message"].startswith("no cycle was found")
+    assert not error["field"]
 
 
 def test_an_impossible_model_is_told_with_value_and_range(page):
@@ -280,6 +288,14 @@ def test_what_the_library_says_of_a_value_is_shown(page, monkeypatch):
 
     monkeypatch.setitem(VIEWS, requests.Locus, view)
     assert "V = -1.0" in page.error("locus")["message"]
+
+
+def test_messages_of_one_client_are_heard_so_often():
+    workers = Workers(1, Limits())
+    pauses = [workers.pause("greedy") for _ in range(300)]
+    assert pauses[:50] == [PAUSE] * 50
+    assert pauses[-1] > 200 * SHARE - BURST
+    assert workers.pause("modest") == PAUSE
 
 
 def test_pages_are_bounded():
@@ -469,11 +485,14 @@ def test_a_job_out_of_time_gives_its_slot_back():
     spin(Job(gate, "a", 10.0), 0.0)
 
 
-def test_a_patient_job_waits_while_its_user_has_another():
+@pytest.mark.parametrize(
+    ("client", "user"), [("greedy", "a"), ("modest", "b")], ids=["its user", "a client served less"]
+)
+def test_a_patient_job_waits_while_another_has_a_quick_one(client, user):
     gate, order = Gate(2), []
 
     def patient():
-        with Job(gate, "a", 10.0, patient=True).running():
+        with Job(gate, "a", 10.0, client="greedy", patient=True).running():
             while "quick ends" not in order:
                 checkpoint()
                 order.append("patient works")
@@ -482,7 +501,7 @@ def test_a_patient_job_waits_while_its_user_has_another():
     thread.start()
     while not order:
         time.sleep(0.001)
-    with Job(gate, "a", 10.0).running():
+    with Job(gate, user, 10.0, client=client).running():
         time.sleep(0.05)  # for the other to reach a checkpoint
         order.append("quick begins")
         time.sleep(0.05)

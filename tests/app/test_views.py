@@ -13,7 +13,7 @@ from stickslip.app.exports import DRAWN, KNOWN
 from stickslip.app.page import described_limits, presets
 from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS
-from stickslip.app.views.model import watched_map
+from stickslip.app.views.model import watched
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.file import model_of_values, model_values
 from stickslip.plot.motion import stick_interval
@@ -128,7 +128,8 @@ def test_motions_that_are_long_are_missing_only_from_the_first_picture(page):
 
 def test_maps_that_can_be_called_off_have_the_numbers_of_the_event_map():
     for model in (MODEL, ss.examples.coulomb(damping=1.0), ss.examples.law9(), UNEQUAL):
-        f, g = ss.event_map(model), watched_map(model)
+        f = ss.event_map(model)
+        g = watched(f, threads=1)
         d = np.linspace(*f.domain, 41)
         for ask in (
             lambda h, d=d: h(d),

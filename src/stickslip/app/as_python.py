@@ -7,13 +7,30 @@ from typing import Any, Final
 from stickslip.app import requests
 from stickslip.app.requests import model_of
 from stickslip.app.views.event_map import window_of
-from stickslip.app.views.model import MAX_EVENTS, chain_map_of, map_of, start_of
+from stickslip.app.views.model import (
+    MAX_EVENTS,
+    any_map,
+    map_of,
+    settings_of,
+    space_map_of,
+    start_of,
+)
 from stickslip.app.views.section import grid_of, sides_of
+from stickslip.mechanics.cycle.return_map import SectionMap
 from stickslip.mechanics.friction import LAWS, TabulatedFriction
 from stickslip.mechanics.friction.values import FORWARD
 from stickslip.mechanics.model.file import MODELS, model_values
 
-CLASSES: Final = {name: cls.__name__ for name, cls in MODELS.items()}
+CLASSES: Final = {name: cls.__name__ for name, cls in MODELS.items()} | {
+    "state_space": "Structure.from_state_space"
+}
+CALLS: Final = {
+    "contact": "ss.Contact",
+    "forcing": "ss.Harmonic",
+    "belt": "ss.Harmonic",
+    "units": "ss.Units",
+}
+"""Tables of a model file, and what they are the arguments of."""
 LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
     TabulatedFriction.name: TabulatedFriction.__name__
 }
@@ -34,15 +51,27 @@ def as_python(request: requests.Request) -> str:
 def model_text(request: requests.Request) -> str:
     """Write the call that makes the model."""
     values = model_values(model_of(request))
-    cls = CLASSES[values.pop("kind")]
-    texts = {name: repr(value) for name, value in values.items()}
-    laws = values["friction"]
-    texts["friction"] = f"[{', '.join(map(_law, laws))}]" if isinstance(laws, list) else _law(laws)
-    for name, part in (("forcing", "Harmonic"), ("units", "Units")):
-        if name in values:
-            texts[name] = _call(f"ss.{part}", values[name])
-    arguments = ", ".join(f"{name}={text}" for name, text in texts.items())
-    return f"ss.{cls}({arguments})"
+    return _call_of(f"ss.{CLASSES[values.pop('kind')]}", values)
+
+
+def _call_of(name: str, values: dict[str, Any]) -> str:
+    """Write the call that makes a model, or a part of one, from what a file says of it."""
+    texts = {key: _text(key, value) for key, value in values.items()}
+    if "contact" in texts:
+        texts["contacts"] = texts.pop("contact")
+    if "belt" in texts:  # a speed, and what oscillates about it
+        texts["V"] = f"({texts['V']}, {texts.pop('belt')})"
+    return f"{name}({', '.join(f'{key}={text}' for key, text in texts.items())})"
+
+
+def _text(key: str, value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return f"[{', '.join(_text(key, part) for part in value)}]"
+    if key == "friction":
+        return _law(value)
+    if key in CALLS:
+        return _call_of(CALLS[key], value)
+    return repr(tuple(value) if key == "at" and isinstance(value, list) else value)
 
 
 def _law(values: dict[str, Any]) -> str:
@@ -60,13 +89,23 @@ def _call(name: str, arguments: dict[str, Any]) -> str:
 # --- the views --------------------------------------------------------------------------------
 
 
+def _map(request: requests.OfMap) -> str:
+    """Write the call that makes the map."""
+    section = {} if request.section is None else settings_of(request.section)
+    f = any_map(request)
+    if not isinstance(f, SectionMap):
+        return "f = ss.event_map(model)"
+    named = "".join(f", {name}={value!r}" for name, value in section.items())
+    return f"f = ss.return_map(model{named}, max_time={f.max_time!r})"
+
+
 def _event_map(request: requests.EventMap) -> list[str]:
     window = window_of(map_of(request), request)
     power = f".power({request.power})" if request.power > 1 else ""
     lines = [
         "from stickslip.plot.maps import event_map",
         "from stickslip.plot.orbits import draw_orbits",
-        "f = ss.event_map(model)",
+        _map(request),
         f"g = f{power}",
         f"x = np.linspace({window[0]!r}, {window[1]!r}, {request.points})",
         "values = g(x)",
@@ -81,15 +120,23 @@ def _event_map(request: requests.EventMap) -> list[str]:
     return lines
 
 
+def _started(request: requests.Start) -> tuple[str, dict[str, Any]]:
+    """Write the model that the motion of a request is of, and give its start."""
+    model, start = start_of(request)
+    given = model_of(request).parameters
+    moved = {name: value for name, value in model.parameters.items() if value != given[name]}
+    return (f"model.replace(**{moved!r})" if moved else "model"), start
+
+
 def _simulated(request: requests.Motion) -> str:
-    start = start_of(model_of(request), request)
+    model, start = _started(request)
     arguments = {**start, "t_end": request.t_end, "max_events": MAX_EVENTS}
     named = ", ".join(f"{name}={value!r}" for name, value in arguments.items())
-    return f"motion = ss.simulate(model, {named})"
+    return f"motion = ss.simulate({model}, {named})"
 
 
 def _cycle(request: requests.Cycle) -> list[str]:
-    start = start_of(model_of(request), request)
+    model, start = _started(request)
     lines = (
         [f"x, v = {start['x']!r}, {start['v']!r}"]
         if "x" in start
@@ -97,7 +144,7 @@ def _cycle(request: requests.Cycle) -> list[str]:
     )
     return [
         *lines,
-        f"cycle = ss.find_cycle(model, x, v, max_events={request.max_events})",
+        f"cycle = ss.find_cycle({model}, x, v, max_events={request.max_events})",
         "ax = cycle.plot()",
     ]
 
@@ -107,7 +154,7 @@ def _diagram(request: requests.Diagram) -> list[str]:
     asked = f"max_period={request.max_period}, window={request.window!r}"
     name = next(n for n in map_of(request).parameters if n == request.parameter)
     return [
-        "f = ss.event_map(model)",
+        _map(request),
         f"values = np.linspace({low!r}, {high!r}, {request.values})",
         f"diagram = ss.bifurcation_diagram(f, {name!r}, values, {asked})",
         f"found = ss.bifurcations(f, {name!r}, ({low!r}, {high!r}), {asked})",
@@ -116,12 +163,12 @@ def _diagram(request: requests.Diagram) -> list[str]:
 
 
 def _basins(request: requests.Basins) -> list[str]:
-    f = chain_map_of(request)
+    f = space_map_of(request)
     how = f"resolution={request.resolution!r}"
     if f is not None:
         how = f"grid={grid_of(f, sides_of(request)[-1])!r}"
     return [
-        "f = ss.event_map(model)",
+        _map(request),
         f"basins = ss.basins(f, ss.attractors(f), {how})",
         "ax = basins.plot()",
     ]
@@ -131,7 +178,7 @@ TEXTS: Final[dict[type[requests.Request], Any]] = {
     requests.EventMap: _event_map,
     requests.Cobweb: lambda r: [
         "from stickslip.plot.maps import cobweb",
-        "f = ss.event_map(model)",
+        _map(r),
         f"orbit = f.iterate({r.d!r}, {r.n})",
         f"ax = cobweb(f, {r.d!r}, steps={r.n})",
     ],

@@ -25,6 +25,7 @@ from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction, UserLaw
 from stickslip.mechanics.friction.values import law_values
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.file import model_values
+from stickslip.mechanics.model.structure import Structure
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.kernel_cache import cache_root
 
@@ -106,18 +107,24 @@ class Compiler:
 
 
 def _key(small: requests.Request) -> str:
-    """Hash what is compiled; of a formula's numbers it matters only whether they are 0."""
-    laws = [
-        {name: bool(value) if isinstance(value, float) else value for name, value in law.items()}
-        for law in _laws(small)
-    ]
-    asked = {**msgspec.structs.asdict(small), "model": {**small.model, "friction": laws}}
+    """Hash what is compiled; of a law's and a structure's numbers it matters whether they are 0."""
+    model = dict(small.model)
+    for name in model.keys() if "contact" in model else {"friction"}:
+        model[name] = _shape(model[name])
+    asked = {**msgspec.structs.asdict(small), "model": model}
     return hashlib.sha256(msgspec.json.encode((NAMES[type(small)], asked))).hexdigest()[:16]
 
 
-def _laws(small: requests.Request) -> list[dict[str, Any]]:
-    friction = small.model["friction"]
-    return friction if isinstance(friction, list) else [friction]
+def _shape(value: Any) -> Any:
+    """Whether numbers are 0, in tables and lists."""
+    match value:
+        case float():
+            return bool(value)
+        case list():
+            return [_shape(part) for part in value]
+        case dict():
+            return {name: _shape(part) for name, part in value.items()}
+    return value
 
 
 def _formulas(small: requests.Request) -> Iterator[str]:
@@ -128,6 +135,13 @@ def _formulas(small: requests.Request) -> Iterator[str]:
 def typical(request: requests.Request) -> requests.Request | None:
     """Return a small request that needs the same kernels, None if it needs none."""
     model = model_of(request)
+    if isinstance(model, Structure):
+        match request:
+            case requests.Motion() | requests.Cycle():
+                rest = (0.0,) * model.plant.n_bodies
+                v = rest if model.plant.n_positions else ()
+                return requests.Motion(model_values(model), x=rest, v=v, t_end=20.0)
+        return None
     values = _typical_model(model)
     rest = (0.0,) * len(values.get("static", (0.0, 0.0)))
     match request:

@@ -48,12 +48,12 @@ from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import (
-    chain_map_of,
     found_cycle,
     map_of,
     naming,
     range_of,
     simulated,
+    space_map_of,
     two_blocks,
 )
 from stickslip.app.views.section import grid_of, sides_of
@@ -68,7 +68,11 @@ from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.style import pictured, save, style
 from stickslip.vocabulary import did_you_mean
 
-KNOWN: Final = requests.REQUESTS | requests.PICTURES
+KNOWN: Final = {
+    view: kind
+    for view, kind in (requests.REQUESTS | requests.PICTURES).items()
+    if kind is not requests.Returns
+}
 TYPES: Final = {
     "svg": "image/svg+xml",
     "png": "image/png",
@@ -167,6 +171,8 @@ def as_csv(request: requests.Request) -> str:
 
 def _point_rows(part: Part) -> Mapping[str, NDArray[Any]]:
     """Return the arrays that have a row for each point."""
+    if not part.arrays:
+        raise BadRequestError(part.data["why"])
     if "index" in part.arrays:  # points of a grid
         x, y = np.meshgrid(part.arrays["x"], part.arrays["y"], indexing="ij")
         return {"d_1": x.ravel(), "d_2": y.ravel(), "attractor": part.arrays["index"].ravel()}
@@ -197,7 +203,7 @@ class Downloads:
 
     async def answer(self, received: Request) -> Response:
         """Make the file that is asked for, or tell why not."""
-        content = await _read(received)
+        content = await read_body(received)
         if content is None:
             return _refused(TOO_LARGE, f"a request has {LARGEST} bytes at most")
         try:
@@ -246,7 +252,7 @@ def _code_of(error: Exception) -> int:
     return BROKEN
 
 
-async def _read(received: Request) -> bytes | None:
+async def read_body(received: Request) -> bytes | None:
     """Return the body of a request, None if it is too large."""
     content = b""
     async for piece in received.stream():
@@ -348,7 +354,7 @@ def _law(request: requests.Law) -> Draw:
 
 
 def _basins(request: requests.Basins) -> Draw:
-    if (blocks := chain_map_of(request)) is not None:
+    if (blocks := space_map_of(request)) is not None:
         grid = grid_of(blocks, sides_of(request)[-1])
         return basins(blocks, attractors(blocks), grid=grid).plot
     f = map_of(request)

@@ -48,9 +48,9 @@ class _Ticket:
 class Gate:
     """A few slots for computing, shared fairly between clients, and between a client's users."""
 
-    # A user's patient jobs wait while an impatient one of the same user is at work. Work that
-    # reaches no checkpoint loses its slot while others wait, and goes on beside them until it does;
-    # no client has more jobs at work than there are slots.
+    # Patient jobs wait while an impatient one of the same user is at work, or of a client that has
+    # been served no more. Work that reaches no checkpoint loses its slot while others wait, and
+    # goes on beside them until it does; no client has more jobs at work than there are slots.
 
     def __init__(self, slots: int) -> None:
         self._slots = self._free = slots
@@ -68,8 +68,16 @@ class Gate:
         return bool(self._waiting)
 
     def must_wait(self, ticket: _Ticket) -> bool:
-        """Whether the job is patient, and its user has an impatient one."""
-        return ticket.patient and self._impatient[ticket.sharers[-1]] > 0
+        """Whether the job is patient, and its user or a client served no more is impatient."""
+        if not ticket.patient:
+            return False
+        client, user = ticket.sharers
+        had = self._used.get(client, 0.0)
+        return any(
+            who == user or (len(who) == 1 and who != client and self._used.get(who, 0.0) <= had)
+            for who, count in list(self._impatient.items())
+            if count > 0
+        )
 
     def shut(self) -> None:
         """Let nobody in until `open`."""

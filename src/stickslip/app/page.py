@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from functools import cache
 from importlib.resources import as_file, files
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
@@ -13,10 +14,16 @@ from stickslip import examples
 from stickslip.app import requests
 from stickslip.app.exports import KNOWN, formats
 from stickslip.app.requests import SLIDERS
+from stickslip.app.views.model import told_map
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.law import Choice
-from stickslip.mechanics.model.file import model_values, read_model
+from stickslip.mechanics.model.file import model_of_values, model_values, read_model
 from stickslip.vocabulary import TERMS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stickslip.mechanics.model.arguments import Model
 
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4
 LAW9_RANGE: Final = (1.208, 1.21865)  # of alpha, figure 11
@@ -84,14 +91,156 @@ def _law9(alpha: float, **state: Any) -> dict[str, Any]:
     return {"model": model_values(examples.law9(alpha=alpha)), **common, **state}
 
 
-def _studied(name: str) -> dict[str, Any]:
-    """Model of a study, as its file has it."""
-    with as_file(files("stickslip.studies") / name / "model.toml") as path:
-        return model_values(read_model(path))
+def _studied(name: str, file: str = "model", **state: Any) -> dict[str, Any]:
+    """Model of a study, as its file has it, and what is looked at."""
+    with as_file(files("stickslip.studies") / name / f"{file}.toml") as path:
+        return of_model(read_model(path), **state)
 
 
+def of_model(model: Model, section: requests.Section | None = None, **state: Any) -> dict[str, Any]:
+    """Begin the page with a model; its return map is told here, so that nothing has to be asked."""
+    values = model_values(model)
+    taken = {} if section is None else {"section": msgspec.to_builtins(section)}
+    told = told_map(requests.Returns(values, section=section))
+    return {"model": values, "map": told, **taken, **state}
+
+
+def _along(parameter: str, low: float, high: float) -> dict[str, Any]:
+    return {"parameter": parameter, "range": (low, high), "window": None, "max_period": 2}
+
+
+def _helmholtz() -> dict[str, Any]:
+    from stickslip.studies.bowed_string.string import MODEL, PLACE, helmholtz  # loads SciPy
+
+    x, v = helmholtz(PLACE, MODEL.contacts[0].static)
+    return {"x": x.tolist(), "v": v.tolist()}
+
+
+FORWARD: Final = requests.Section(direction="forward")
+
+
+def _of_studies() -> dict[str, tuple[str, dict[str, Any]]]:
+    """Presets of the studies of structures, each with its sliders."""
+    distance = requests.Section(coordinates=("x_2",), domain=((1e-6, 0.06),))
+    return {
+        "brake": (
+            "A brake that squeals",
+            _studied(
+                "mode_coupling",
+                section=requests.Section(domain=((-1.5, 1.0), (-1.0, 1.0))),
+                sliders={
+                    "load_1_2": (0.0, 1.2),
+                    "V_1": (0.005, 0.2),
+                    "mu_1": (0.3, 1.0),
+                    "stiffness_1_1": (1.0, 3.0),
+                    "stiffness_1_2": (0.0, 1.0),
+                    "damping_1_1": (0.0, 0.2),
+                    "damping_2_2": (0.0, 0.2),
+                },
+                x=[0.5, 0.0],
+                v=[0.0, 0.2],
+            ),
+        ),
+        "drill-string": (
+            "A drill string",
+            _studied(
+                "drill_string",
+                section=requests.Section(direction="forward", domain=((1.0, 15.0),)),
+                sliders={
+                    "a_2": (20.0, 45.0),
+                    "static_1": (0.1, 0.6),
+                    "mu_1": (0.1, 1.0),
+                    "speed_1": (0.2, 5.0),
+                    "viscous_1": (0.0, 0.1),
+                },
+                d=2.0,
+                t_end=60,
+                diagram=_along("a_2", 25.0, 33.0),
+            ),
+        ),
+        "hunting-axis": (
+            "An axis that hunts",
+            _studied(
+                "hunting_axis",
+                section=distance,
+                sliders={
+                    "A_3_1": (-9.0, -1.0),
+                    "A_3_2": (-12.0, -2.0),
+                    "A_3_3": (-4.0, -0.5),
+                    "mu_1": (0.3, 1.0),
+                    "static_1": (0.5, 2.0),
+                },
+                d=0.055,
+                diagram=_along("A_3_1", -8.0, -1.0),
+            ),
+        ),
+        "bowed-string": (
+            "A bowed string",
+            _studied(
+                "bowed_string",
+                sliders={"static_1": (0.5, 40.0), "V_1": (0.1, 3.0), "mu_1": (0.1, 0.9)},
+                **_helmholtz(),
+                t_end=20,
+            ),
+        ),
+        "rubbing": (
+            "Two bodies that rub",
+            _studied(
+                "rubbing_bodies",
+                sliders={
+                    "static_1": (0.1, 2.0),
+                    "static_2": (0.05, 2.0),
+                    "static_3": (0.1, 2.0),
+                    "mass_1": (0.5, 4.0),
+                    "mass_2": (0.5, 4.0),
+                    "mu_3": (0.3, 1.0),
+                },
+                x=[0.0],
+                v=[0.0, 3.0],
+                t_end=5,
+            ),
+        ),
+        "canards": (
+            "Canards in stiction",
+            _studied(
+                "canards",
+                section=FORWARD,
+                d=4.0,
+                diagram=_along("forcing.amplitude", 0.7, 0.95),
+            ),
+        ),
+        "blade": (
+            "A blade with a damper",
+            _studied(
+                "friction_dampers",
+                "blade",
+                sliders={
+                    "static_1": (0.0, 3.0),
+                    "contact_stiffness_1": (0.1, 4.0),
+                    "mu_1": (0.3, 1.0),
+                    "forcing.amplitude_3": (0.0, 3.0),
+                    "forcing.frequency": (0.1, 2.0),
+                },
+                x=[0.0],
+            ),
+        ),
+    }
+
+
+def opened(path: Path) -> dict[str, Any]:
+    """Return a preset of a model file's plant."""
+    return {"name": "model", "title": path.name, "state": of_model(read_model(path))}
+
+
+@cache
 def presets() -> list[dict[str, Any]]:
     """Return names, titles and states of the page."""
+    damper = of_model(
+        model_of_values(DAMPER),
+        section=FORWARD,
+        d=4.0,
+        diagram=_along("forcing.amplitude", 1.2, 2.4),
+    )
     listed = {
         "coulomb": ("Coulomb friction (figure 5)", _coulomb(0.0366)),
         "fig06": ("Coulomb, before the collision (figure 6)", _coulomb(0.0369, power=4)),
@@ -99,10 +248,10 @@ def presets() -> list[dict[str, Any]]:
         "law9": ("Friction law (9) (figure 12)", _law9(1.208)),
         "law9-map": ("Law (9), the whole map", _law9(1.208, window=None)),
         "fig14": ("Law (9), near the crisis", _law9(1.211)),
-        "oscillator": ("One block", {"model": OSCILLATOR}),
+        "oscillator": ("One block", of_model(model_of_values(OSCILLATOR))),
         "chain": ("A chain of three", {"model": CHAIN}),
-        "canards": ("Canards in stiction", {"model": _studied("canards"), "x": [-0.3]}),
-        "damper": ("A friction damper", {"model": DAMPER, "x": [0.5]}),
+        **_of_studies(),
+        "damper": ("A friction damper", damper),
     }
     return [{"name": name, "title": t, "state": state} for name, (t, state) in listed.items()]
 
@@ -134,7 +283,15 @@ def _models() -> list[dict[str, Any]]:
             ("static", "alpha", "V", "support", "mass", "damping"),
             (2, requests.MOST_BLOCKS),
         ),
+        _structure("Structure", "brake"),
+        _structure("State space", "hunting-axis"),
     ]
+
+
+def _structure(title: str, preset: str) -> dict[str, Any]:
+    """Describe models whose numbers the page reads off themselves."""
+    default = next(one for one in presets() if one["name"] == preset)["state"]["model"]
+    return _model(title, default, IN_TIME, (), (1, requests.MOST_BLOCKS)) | {"forcing": []}
 
 
 def _model(

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Final, TypeAlias, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar
 
 import msgspec
 import numpy as np
@@ -22,7 +22,9 @@ from stickslip.checks import finite_number
 from stickslip.mechanics.friction import UserLaw
 from stickslip.mechanics.friction.formula import TracedFormula
 from stickslip.mechanics.model.arguments import Model
-from stickslip.mechanics.model.file import model_of_values
+from stickslip.mechanics.model.file import model_of_values, toml_of
+from stickslip.mechanics.model.plant import solved
+from stickslip.mechanics.model.structure import Structure
 from stickslip.vocabulary import did_you_mean
 
 T = TypeVar("T")
@@ -87,6 +89,33 @@ def refuse_far(values: Mapping[str, float]) -> None:
             )
 
 
+FASTEST: Final = 1000.0  # rate of change: a motion takes some steps for each unit of its inverse
+
+
+def fastest(model: Model) -> float:
+    """Largest rate of a model that slips freely, and of what forces it."""
+    plant = model.plant
+    n = plant.n_bodies
+    mass = plant.mass[:n] if plant.mass.ndim == 1 else plant.mass[:n, :n]
+    flow = -solved(mass, plant.damping[:n, :n])
+    if plant.n_positions:
+        back = -solved(mass, plant.stiffness[:n, :n])
+        flow = np.block([[np.zeros((n, n)), np.eye(n)], [back, flow]])
+    rates = np.concatenate([np.abs(np.linalg.eigvals(flow)), plant.frequency])
+    return float(rates.max())
+
+
+def refuse_busy(model: Model) -> None:
+    """Refuse a model that would keep the server busy for long."""
+    if not isinstance(model, Structure):
+        refuse_far(model.parameters)
+    elif (rate := fastest(model)) > FASTEST:
+        raise ValueError(
+            f"the model's fastest motion has the rate {rate:.6g}; the "
+            f"explorer follows rates up to {FASTEST:g}. The library takes them."
+        )
+
+
 Interval: TypeAlias = tuple[float, float]
 Coordinate: TypeAlias = Annotated[float, Meta(ge=-1000, le=1000)]
 Numbers: TypeAlias = Annotated[tuple[Coordinate, ...], Meta(max_length=MOST_BLOCKS)]
@@ -121,7 +150,27 @@ class Request(Struct, frozen=True, forbid_unknown_fields=True):
     model: dict[str, Any]
 
 
-class EventMap(Request, frozen=True):
+class Section(Struct, frozen=True, forbid_unknown_fields=True):
+    """Settings of a return map, as `stickslip.return_map` takes them."""
+
+    contact: Annotated[int, Meta(ge=0, lt=MOST_BLOCKS)] = 0
+    event: Literal["release", "landing"] = "release"
+    direction: Literal["backward", "forward"] | None = None
+    coordinates: Annotated[tuple[Word, ...], Meta(max_length=2 * MOST_BLOCKS)] | None = None
+    domain: Annotated[tuple[Interval, ...], Meta(max_length=2 * MOST_BLOCKS)] | None = None
+
+
+class OfMap(Request, frozen=True, kw_only=True):
+    """What views of a map need: where it is taken, of models without global stick."""
+
+    section: Section | None = None
+
+
+class Returns(OfMap, frozen=True):
+    """Which map a model has, and what a point of it is; why it has none."""
+
+
+class EventMap(OfMap, frozen=True):
     """The map over a window, or a power of it, with branches and orbits."""
 
     window: Interval | None = None
@@ -130,14 +179,14 @@ class EventMap(Request, frozen=True):
     max_period: Annotated[int, Meta(ge=0, le=8)] = 4
 
 
-class Cobweb(Request, frozen=True):
+class Cobweb(OfMap, frozen=True):
     """An orbit of the map."""
 
     d: float
     n: Annotated[int, Meta(ge=1, le=2000)] = 100
 
 
-class Start(Request, frozen=True):
+class Start(OfMap, frozen=True):
     """A state: a global stick phase d, or displacements and velocities."""
 
     d: float | Numbers | None = None
@@ -183,13 +232,13 @@ class Law(Request, frozen=True):
     points: Annotated[int, Meta(ge=2, le=4000)] = 401
 
 
-class Basins(Request, frozen=True):
+class Basins(OfMap, frozen=True):
     """Basins of attraction on the whole domain; of more than two blocks in a plane section."""
 
     resolution: Annotated[float, Meta(gt=0, le=0.1)] = 1e-5
 
 
-class Diagram(Request, frozen=True, kw_only=True):
+class Diagram(OfMap, frozen=True, kw_only=True):
     """Attractors, orbits and bifurcations over a parameter."""
 
     parameter: Word
@@ -201,6 +250,7 @@ class Diagram(Request, frozen=True, kw_only=True):
 
 
 REQUESTS: Final[dict[str, type[Request]]] = {
+    "returns": Returns,
     "event_map": EventMap,
     "cobweb": Cobweb,
     "motion": Motion,
@@ -264,12 +314,22 @@ def decoded(content: str | bytes | Raw, kind: type[T]) -> T:
         raise BadRequestError(f"not JSON: {error}") from None
 
 
+def model_of_text(content: bytes) -> Model:
+    """Make the model of a file, within the explorer's bounds."""
+    try:
+        table = toml_of(content.decode())
+    except ValueError as error:
+        raise BadRequestError(str(error)) from None
+    return model_of(Request(table))
+
+
 def model_of(request: Request) -> Model:
     """Make the model that a request is about, within the explorer's bounds."""
-    _refuse_large(request.model)
+    for key, value in request.model.items():
+        _refuse_large(key, value)
     try:
         model = model_of_values(dict(request.model))
-        refuse_far(model.parameters)
+        refuse_busy(model)
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         if not is_ours(error):
             raise
@@ -287,22 +347,25 @@ def model_of(request: Request) -> Model:
     return model
 
 
-def _refuse_large(table: dict[str, Any]) -> None:
-    """Refuse models that would keep the server busy by themselves."""
-    for name, value in table.items():
-        if isinstance(value, list) and len(value) > MOST_BLOCKS:
-            raise BadRequestError(
-                f"{name} has {len(value)} entries; the explorer takes at most {MOST_BLOCKS}.",
-                f"model.{name}",
-            )
-    laws = table.get("friction")
-    for law in laws if isinstance(laws, list) else [laws]:
-        knots = law.get("speed") if isinstance(law, dict) else None
-        if isinstance(knots, list) and len(knots) > MOST_KNOTS:
-            raise BadRequestError(
-                f"speed has {len(knots)} entries; the explorer takes at most {MOST_KNOTS}.",
-                "model.friction",
-            )
+def _refuse_large(name: str, value: Any) -> None:
+    """Refuse models that would keep the server busy by themselves, wherever a list is in them."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            of_law = "law" in value and key in ("speed", "force")
+            most = MOST_KNOTS if of_law else MOST_BLOCKS
+            if isinstance(part, list) and len(part) > most:
+                _too_long(key, part, most, "model.friction" if of_law else f"model.{name}")
+            _refuse_large(name, [] if of_law else part)
+    elif isinstance(value, list):
+        if len(value) > MOST_BLOCKS:
+            _too_long(name, value, MOST_BLOCKS, f"model.{name}")
+        for part in value:
+            _refuse_large(name, part)
+
+
+def _too_long(key: str, value: list[Any], most: int, field: str) -> None:
+    text = f"{key} has {len(value)} entries; the explorer takes at most {most}."
+    raise BadRequestError(text, field)
 
 
 @dataclass(frozen=True)

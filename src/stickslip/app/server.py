@@ -37,12 +37,14 @@ import stickslip
 from stickslip import examples
 from stickslip.app import requests
 from stickslip.app.compiler import Compiler
-from stickslip.app.exports import Downloads
+from stickslip.app.exports import LARGEST, Downloads, read_body
 from stickslip.app.jobs import Gate
-from stickslip.app.page import described_limits, presets
+from stickslip.app.page import described_limits, of_model, presets
+from stickslip.app.requests import BadRequestError, model_of_text
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
 from stickslip.app.views import VIEWS
-from stickslip.mechanics.model.file import model_values
+from stickslip.mechanics.model.file import model_of_values, model_values
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.targets import available_threads
 
 LOCAL: Final = ("127.0.0.1", "localhost", "[::1]")
@@ -191,16 +193,16 @@ def _first_asked() -> Iterator[requests.Request]:
         values, parameter="V", range=(0.0369, 0.037), window=(-0.1, 0.05), values=2, max_period=1
     )
     for preset in presets():
-        values = preset["state"]["model"]
-        if values["kind"] != "two_block":
-            rest = (0.0,) * len(values.get("static", [0.0]))
-            yield requests.Motion(values, x=rest, v=rest, t_end=20.0)
+        each = model_of_values(preset["state"]["model"])
+        if not isinstance(each, TwoBlock):
+            x = (0.0,) * each.plant.n_bodies
+            v = x if each.plant.n_positions else ()
+            yield requests.Motion(preset["state"]["model"], x=x, v=v, t_end=20.0)
 
 
 @cache
-def _json(what: str) -> bytes:
-    content: Any = {"presets": presets, "limits": described_limits}[what]()
-    return msgspec.json.encode(content)
+def _limits() -> bytes:
+    return msgspec.json.encode(described_limits())
 
 
 def application(
@@ -209,16 +211,19 @@ def application(
     limits: Limits = LIMITS,
     framed_by: tuple[str, ...] = (),
     warm: bool = True,
+    opened: dict[str, Any] | None = None,
 ) -> Starlette:
     """Build the explorer, `warm` if it compiles kernels in the background at once."""
     # Requests that name another host than `host` are refused, unless it is served at all addresses.
+    # A preset that is `opened` comes first, before those that everybody has.
     # Pages of its own origin and of `framed_by` may show it in a frame.
-    explorer = _Explorer(limits, warm)
+    explorer = _Explorer(limits, warm, opened)
     routes = [
         Route("/", explorer.page),
         Route("/healthz", explorer.health),
         Route("/presets.json", explorer.listed),
         Route("/limits.json", explorer.listed),
+        Route("/open", explorer.opened, methods=["POST"]),
         Route("/export", explorer.downloads.answer, methods=["POST"]),
         WebSocketRoute("/ws", explorer.talk),
         Mount("/static", StaticFiles(directory=str(STATIC))),
@@ -230,8 +235,9 @@ def application(
 class _Explorer:
     """What the routes lead to, and what they share."""
 
-    def __init__(self, limits: Limits, warm: bool) -> None:
+    def __init__(self, limits: Limits, warm: bool, opened: dict[str, Any] | None) -> None:
         self._limits = limits
+        self._opened = [] if opened is None else [opened]
         self._warm = warm
         self._workers = Workers(available_threads(), limits)
         self._warmth = Warmth(self._workers.gate, self._workers.compiler)
@@ -254,8 +260,22 @@ class _Explorer:
         return Response(msgspec.json.encode(state), media_type="application/json")
 
     async def listed(self, request: Request) -> Response:
-        what = request.url.path.removeprefix("/").removesuffix(".json")
-        return Response(_json(what), media_type="application/json")
+        content: Any = _limits()
+        if request.url.path == "/presets.json":
+            content = msgspec.json.encode([*self._opened, *presets()])
+        return Response(content, media_type="application/json")
+
+    async def opened(self, request: Request) -> Response:
+        """Answer a model file with the state that the page begins with."""
+        content = await read_body(request)
+        answer: dict[str, Any]
+        try:
+            if content is None:
+                raise BadRequestError(f"a model file has {LARGEST} bytes at most")
+            answer, code = {"state": of_model(model_of_text(content))}, 200
+        except BadRequestError as error:
+            answer, code = {"error": str(error)}, 422
+        return Response(msgspec.json.encode(answer), code, media_type="application/json")
 
     async def talk(self, socket: WebSocket) -> None:
         await socket.accept()
@@ -305,11 +325,13 @@ def url_of(listener: socket.socket) -> str:
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
 
 
-def serve(listener: socket.socket, host: str, *, page: str | None) -> None:
+def serve(
+    listener: socket.socket, host: str, *, page: str | None, opened: dict[str, Any] | None = None
+) -> None:
     """Serve until interrupted; open the `page` in a browser once the server runs."""
     logging.basicConfig(format="stickslip: %(message)s", stream=sys.stderr)
     logging.getLogger("stickslip").setLevel(logging.INFO)
-    server = _server(application(host=host))
+    server = _server(application(host=host, opened=opened))
     if page is not None:
         threading.Thread(target=_open_when_started, args=(server, page), daemon=True).start()
     with _quick_switches():

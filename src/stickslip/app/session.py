@@ -38,6 +38,8 @@ AT_ONCE: Final = 2  # quick jobs of a page in threads, and slow ones
 SLOTS: Final = 16  # that a page may ask in
 TRY_AGAIN: Final = 1013  # code with which a page is closed for want of room
 PAUSE: Final = 1e-3  # seconds after each message of a page: others are heard, too
+SHARE: Final = 8e-3  # seconds for which each message of a client counts, all its pages together
+BURST: Final = 0.5  # seconds of them that are heard without waiting
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ class Limits:
     # When all connections are taken, a newcomer takes the place of a page of the client that has
     # most of them, if that has more than the newcomer's would then.
 
-    connections: int = 64
+    connections: int = 128
     seconds: float = 20.0  # for which a quick request may compute, waiting aside
     slow_seconds: float = 180.0
     unsent: int = 64 * 2**20  # bytes of answers that wait for a page that does not read them
@@ -62,6 +64,14 @@ class Workers:
         self.compiler = Compiler()
         # Most threads wait at the gate.
         self.pool = ThreadPoolExecutor(2 * AT_ONCE * limits.connections + slots, "explorer")
+        self._heard: dict[str, float] = {}
+
+    def pause(self, client: str) -> float:
+        """Note a message of a client; tell for how many seconds its page is not listened to."""
+        now = time.monotonic()
+        self._heard = {who: until for who, until in self._heard.items() if until > now - BURST}
+        self._heard[client] = self._heard.get(client, now - BURST) + SHARE
+        return max(PAUSE, self._heard[client] - now)
 
 
 @dataclass(frozen=True)
@@ -163,7 +173,7 @@ class Session:
                 self._take(decoded(content, Message))
             except BadRequestError as error:
                 self.send({"id": None, "view": "", "last": True, "error": _told(error)})
-            await asyncio.sleep(PAUSE)
+            await asyncio.sleep(self._workers.pause(self.client))
 
     def _take(self, asked: Message) -> None:
         if asked.cancel is not None:

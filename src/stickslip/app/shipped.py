@@ -10,6 +10,7 @@ from __future__ import annotations
 import gzip
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -19,11 +20,15 @@ import numpy as np
 
 from stickslip.app import live
 from stickslip.app.page import described_limits, presets
-from stickslip.app.requests import Part, message, plain, request_of
+from stickslip.app.requests import Cycle, Part, message, plain, request_of
 from stickslip.app.views import VIEWS
+from stickslip.mechanics.friction.stribeck import Stribeck
+from stickslip.mechanics.model.file import model_of_values, model_values
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
+
+    from stickslip.mechanics.model.arguments import Model
 
 STATIC: Final = files("stickslip.app") / "static"
 SHIPPED: Final = STATIC / "shipped"
@@ -36,26 +41,53 @@ UNREAD: Final = {"causes", "undecided", "left", "thin", "unresolved"}
 
 def questions(state: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Slot, view and request of all that the page asks in a preset's state, at its own fineness."""
-    model, period = state["model"], state.get("max_period", 4)
-    yield "law", "law", {"range": max(0.5, 4 * model["V"]), "points": 101}
-    if model["kind"] != "two_block":
-        rest = [0.0] * len(model.get("static", [0.0]))
-        start: dict[str, Any] = {"x": [*state.get("x", [0.1]), *rest[1:]], "v": rest}
-        yield "cycle", "cycle", start
-        if len(rest) > 2:
-            yield "basins", "basins", {"resolution": 1e-3}
+    model = model_of_values(state["model"])
+    of_map = {"section": state["section"]} if "section" in state else {}
+    told = state["map"]["kind"] if "map" in state else None
+    of_line = told == "line" or state["model"]["kind"] == "two_block"
+    yield "law", "law", {"range": law_range(model), "points": 101}
+    start = {"d": state["d"]} if of_line else start_state(model, state)
+    if of_line:
+        yield from _of_line(state, of_map | start)
     else:
-        start, window, along = {"d": state["d"]}, state.get("window"), state["diagram"]
-        of_map = {"window": window, "points": 500}
-        yield "map", "event_map", {**of_map, "power": 1, "max_period": period}
-        power = state.get("power", 2)
-        yield "power", "event_map", {**of_map, "power": power, "max_period": 0}
-        yield "cobweb", "cobweb", {**start, "n": 160}
-        yield "basins", "basins", {"resolution": 1e-3}
+        yield "cycle", "cycle", {**of_map, **start}
+        if told == "space" or (model.n_blocks > 2 and told is None):
+            yield "basins", "basins", {**of_map, "resolution": 1e-3}
+    if model.plant.rubs_as_one and of_line and not model.plant.n_waves:
         yield "locus", "locus", {}
-        first = {**model, along["parameter"]: along["range"][0]}
-        yield "diagram", "diagram", {**along, "model": first, "values": 120}
-    yield "motion", "motion", {**start, "t_end": 120, "samples": 500}
+    until = state.get("t_end", 120)
+    yield "motion", "motion", {**of_map, **start, "t_end": until, "samples": 500}
+
+
+def _of_line(
+    state: dict[str, Any], asked: dict[str, Any]
+) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """List what is asked of a map of the line."""
+    of_map = {name: value for name, value in asked.items() if name == "section"}
+    along, window = state["diagram"], state.get("window")
+    drawn = {**of_map, "window": window, "points": 500}
+    yield "map", "event_map", {**drawn, "power": 1, "max_period": state.get("max_period", 4)}
+    yield "power", "event_map", {**drawn, "power": state.get("power", 2), "max_period": 0}
+    yield "cobweb", "cobweb", {**asked, "n": 160}
+    yield "basins", "basins", {**of_map, "resolution": 1e-3}
+    moved = model_of_values(state["model"]).replace(**{along["parameter"]: along["range"][0]})
+    yield "diagram", "diagram", {**of_map, **along, "model": model_values(moved), "values": 120}
+
+
+def law_range(model: Model) -> float:
+    """Slip speeds that show the laws' shapes: some times the belts', and the speeds in the laws."""
+    speeds = [*np.abs(model.plant.V).tolist()]
+    speeds += [law.parameters["speed"] for law in model.laws if isinstance(law, Stribeck)]
+    return float(max(0.5, *(4 * speed for speed in speeds)))
+
+
+def start_state(model: Model, state: dict[str, Any]) -> dict[str, list[float]]:
+    """Displacements and velocities that a motion starts with, as long as the model's."""
+    n = model.plant.n_bodies
+    x, v = (
+        (state.get(name, default) + [0.0] * n)[:n] for name, default in (("x", [0.1]), ("v", []))
+    )
+    return {"x": x, "v": v if model.plant.n_positions else []}
 
 
 def listed() -> dict[str, tuple[str, dict[str, Any]]]:
@@ -76,6 +108,8 @@ def answer(view: str, request: dict[str, Any]) -> bytes:
     if "explained" in parts:
         del parts["branches"]
     kept = [part for name, part in parts.items() if name not in FIRST]
+    if isinstance(asked, Cycle):  # its samples are for files
+        kept = [replace(part, arrays={}) for part in kept]
     return b"".join(message(plain(_header(view, part)), _single(part)) for part in kept)
 
 

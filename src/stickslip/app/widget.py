@@ -61,7 +61,7 @@ def explore(model: Model | None = None, *, height: int = 820) -> Explorer:
 
     Parameters
     ----------
-    model : TwoBlock, Blocks, Chain or Oscillator, optional
+    model : TwoBlock, Blocks, Chain, Oscillator or Structure, optional
         What it begins with, with built-in friction laws or formulas; by default the paper's
         system with Coulomb friction.
     height : int

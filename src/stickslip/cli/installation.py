@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 EXPLORE_EXAMPLES = """\
 stickslip explore
 stickslip explore --preset law9 --port 0
+stickslip explore --model mine.toml
 stickslip explore --host 0.0.0.0 --no-browser
 stickslip explore --export page
 """
@@ -40,6 +41,7 @@ def explore(
     port: Whole = 8421,
     no_browser: Annotated[Flag, Parameter(name="--no-browser")] = False,
     preset: str | None = None,
+    model: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     export: Path | None = None,
 ) -> None:
     """Open the explorer: map, motions and bifurcations of a model, linked, in the browser.
@@ -56,7 +58,9 @@ def explore(
     no_browser
         Do not open a browser.
     preset
-        View to begin with, such as coulomb, law9, oscillator or chain.
+        View to begin with, such as coulomb, law9, oscillator, chain, brake or drill-string.
+    model
+        Begin with the plant of a model file.
     export
         Serve nothing: write the page into this folder, with its presets and its tour to be looked
         at, for any web server.
@@ -75,11 +79,14 @@ def explore(
         write(export)
         print(export / "index.html", flush=True)
         return
-    from stickslip.app.page import preset_names
+    if preset is not None and model is not None:
+        raise UsageError("give either --model or --preset")
+    from stickslip.app.page import opened, preset_names
     from stickslip.app.server import listening_socket, serve, url_of
 
     if preset is not None and preset not in preset_names():
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
+    plant = None if model is None else opened(model)
     try:
         listener = listening_socket(host, port)
     except OSError as error:
@@ -90,7 +97,7 @@ def explore(
     url = url_of(listener) + ("" if preset is None else f"#preset={preset}")
     print(url, flush=True)
     note("serving; Ctrl-C ends it", quiet=False)
-    serve(listener, host, page=None if no_browser else url)
+    serve(listener, host, page=None if no_browser else url, opened=plant)
 
 
 DOCTOR_EXAMPLES = """\

@@ -141,7 +141,10 @@ class Explorer:
 
     def spot(self, panel, x, y):
         """Where a point of a panel's plot is on the screen."""
-        at = self.view(panel, f"[view.plot.x({float(x)}), view.plot.y({float(y)})]")
+        at = self.view(
+            panel,
+            f"[view.plot.x({float(x)}), view.plot.y({float(y)})].map((p) => p * view.plot.scale)",
+        )
         box = self.plot(panel).bounding_box()
         return box["x"] + at[0], box["y"] + at[1]
 

@@ -151,3 +151,44 @@ def test_a_click_on_a_mark_snaps_to_it(explorer):
     explorer.page.wait_for_timeout(300)
     assert explorer.state["model"]["V"] == pytest.approx(collision.value, rel=1e-9)
     assert np.isclose(explorer.state["d"], collision.points[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("preset", "two"),
+    [("coulomb", ["map", "mechanism"]), ("oscillator", ["mechanism", "portrait-1"])],
+)
+def test_two_views_are_presented_large(explorer, preset, two):
+    explorer.show(f"preset={preset}")
+    explorer.page.keyboard.press("f")
+    explorer.settle()
+    explorer.shoot(f"present {preset}")
+    visible = "explorer.views.filter(({ panel }) => panel.section.checkVisibility())"
+    assert explorer.page.evaluate(f"() => {visible}.map(({{ id }}) => id)") == two
+    sizes = [explorer.panel(name).bounding_box() for name in two]
+    assert all(box["width"] > 600 and box["height"] > 700 for box in sizes)
+    font = "(e) => parseFloat(getComputedStyle(e).fontSize)"
+    assert explorer.panel(two[0]).locator(".sentence").evaluate(font) >= 18
+    assert explorer.view(two[1], "view.plot.scale") == 1.6
+    assert explorer.page.locator(".controls").is_hidden()
+    assert not violations(explorer)
+    explorer.page.keyboard.press("Escape")
+    assert explorer.page.locator(".controls").is_visible()
+    assert explorer.state["large"] == []
+
+
+def test_what_is_presented_is_chosen_and_kept_in_the_address(explorer):
+    explorer.page.get_by_role("button", name="Present").click()
+    first, second = (explorer.page.get_by_label(f"{n} large view") for n in ("First", "Second"))
+    first.select_option("diagram")
+    second.select_option("")
+    explorer.settle("diagram")
+    assert explorer.state["large"] == ["diagram"]
+    assert explorer.panel("diagram").bounding_box()["width"] > 1200
+    explorer.page.wait_for_function("() => location.hash.includes('large=diagram')")
+    explorer.open(explorer.page.evaluate("() => location.hash.slice(1)"))
+    assert explorer.panel("diagram").is_visible()
+    assert explorer.panel("map").is_hidden()
+    explorer.click("diagram", 0.0369, -0.1)  # the pointer means what it is drawn on
+    assert explorer.state["model"]["V"] == pytest.approx(0.0369, rel=1e-4)
+    explorer.page.get_by_role("button", name="Present").click()
+    assert explorer.panel("map").is_visible()

@@ -5,7 +5,7 @@ from importlib.resources import files
 
 import pytest
 
-SIZES = [(1280, 800), (1680, 1050), (820, 1100), (400, 800)]
+SIZES = [(1280, 800), (1680, 1050), (1024, 768), (820, 1100), (640, 400), (400, 800)]
 
 
 def violations(explorer, within="html"):
@@ -54,6 +54,53 @@ def test_nothing_overlaps_or_is_cut_off(explorer, size, preset):
             .filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => e.textContent)"""
     )
     assert not cut
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+def test_the_cobweb_is_square(explorer, size):
+    explorer.page.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
+    explorer.page.wait_for_timeout(300)
+    frames = [
+        explorer.view(panel, "[view.plot.left, view.plot.right, view.plot.top, view.plot.bottom]")
+        for panel in ("map", "basins")
+    ]
+    left, right, top, bottom = frames[0]
+    assert right - left == bottom - top > 150
+    assert frames[1][:2] == [left, right]  # both over the same d
+    assert explorer.view("map", "view.plot.x(0.3) - view.plot.x(0)") == pytest.approx(
+        explorer.view("map", "view.plot.y(0) - view.plot.y(0.3)"), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("size", [(1024, 768), (640, 400), (844, 390)])
+def test_what_a_slider_changes_is_seen_beside_it(explorer, size):
+    """The second size is that of 1280 x 800 at a zoom of 200 %."""
+    width, height = size
+    explorer.page.set_viewport_size({"width": width, "height": height})
+    explorer.page.wait_for_timeout(200)
+    for selector in ("[data-slider=V]", ".panel-map .plot"):
+        ((left, top, right, bottom),) = boxes(explorer, selector)
+        assert left >= 0
+        assert right <= width
+        assert top >= 0
+        assert bottom <= height
+
+
+@pytest.mark.parametrize("preset", ["coulomb", "chain"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_targets_are_24_pixels_wide_and_high(explorer, preset, width):
+    explorer.page.set_viewport_size({"width": width, "height": 844})
+    explorer.show(f"preset={preset}")
+    explorer.page.keyboard.press("o")
+    small = explorer.page.locator("button, select, label, input:not(label input)").evaluate_all(
+        """(all) => all.filter((e) => e.checkVisibility()).map((e) => {
+            const { width, height } = e.getBoundingClientRect();
+            return [e.ariaLabel ?? e.textContent, width, height];
+        }).filter(([, width, height]) => Math.min(width, height) < 24)"""
+    )
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("o")
+    assert not small
 
 
 def test_the_first_screen_needs_no_scrolling(explorer):

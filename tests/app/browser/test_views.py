@@ -1,5 +1,8 @@
 """Each view shows what the library computes, and leads to the others."""
 
+import itertools
+import re
+
 import numpy as np
 import pytest
 
@@ -8,6 +11,7 @@ import stickslip as ss
 MODEL = ss.examples.coulomb()
 QUICK = ["map", "portrait-1", "portrait-2", "plane", "law"]
 SLOW = ["power", "basins", "diagram"]
+ENDS = (0.0366, 0.0372)  # of the diagram
 
 
 def spelled(mechanism):
@@ -70,6 +74,90 @@ def test_a_box_zooms_in_with_new_points_and_a_double_click_out(explorer):
     explorer.settle()
     assert explorer.state["windows"]["map"] is None
     assert explorer.state["d"] == 0.1  # a double click is no click
+
+
+COLOURS = """Object.fromEntries(view.values.data.itineraries.map(
+    (name, branch) => [name, view.color(view.values, branch)]))"""
+
+
+def test_a_branch_keeps_its_colour(explorer):
+    before = explorer.view("map", COLOURS)
+    names = explorer.view("map", "view.values.data.itineraries")
+    assert all(before[one] != before[other] for one, other in itertools.pairwise(names))
+    explorer.drag("map", (0.2, 0.5), (0.35, -0.3))
+    zoomed = explorer.view("map", COLOURS)
+    assert 1 < len(zoomed) < len(before)
+    assert zoomed == {name: before[name] for name in zoomed}
+    explorer.type_into("V", 0.037)
+    moved = explorer.view("map", COLOURS)
+    assert {name: moved[name] for name in zoomed} == zoomed
+
+
+def test_what_is_counted_is_in_the_window(explorer):
+    explorer.page.evaluate("() => explorer.zoom('map', [0.2, 0.4, 0.2, 0.5])")
+    explorer.settle("basins")
+    sentence = explorer.panel("map").locator(".sentence").text_content()
+    assert "in this window no orbit attracts, 1 repels; 3 outside." in sentence
+    sentence = explorer.panel("basins").locator(".sentence").text_content()
+    assert sentence == "Of the starts d shown 100 % end on S4."
+
+
+def test_starts_that_end_nowhere_have_a_name(explorer):
+    explorer.page.evaluate(
+        """() => {
+            const { arrays } = explorer.answers.get("basins").parts.find((p) => p.arrays.label);
+            arrays.label[0] = -1;
+            arrays.label[1] = -2;
+            explorer.views.forEach((view) => view.refresh());
+        }"""
+    )
+    sentence = explorer.panel("basins").locator(".sentence").text_content()
+    assert "never stick together again and" in sentence
+    assert sentence.endswith("stay undecided.")
+    shares = [float(x) for x in re.findall(r"([\d.]+) %", sentence)]
+    assert sum(shares) == pytest.approx(100, rel=1e-3)
+    explorer.open()  # what was forged is forgotten
+
+
+def test_orbits_through_jumps_are_curves(explorer):
+    """As many as the library lists; the one that meets S4 ends where it does."""
+    explorer.settle("diagram")
+    strands = explorer.view("diagram", "view.throughJumps")
+    at = [ss.periodic_orbits(MODEL.replace(V=V), 4, infinitely_unstable=True) for V in ENDS]
+    first, last = [
+        sorted(d for orbit in found if orbit.jump is not None for d in orbit.points) for found in at
+    ]
+    begun = sorted(s["ys"][0] for s in strands if s["xs"][0] == ENDS[0])
+    ended = sorted(s["ys"][-1] for s in strands if s["xs"][-1] == ENDS[1])
+    assert begun == pytest.approx(first, rel=1e-9)
+    assert ended == pytest.approx(last, rel=1e-9)
+    (collision,) = ss.bifurcations(MODEL, "V", ENDS)
+    met = sorted(s["ys"][-1] for s in strands if s["xs"][-1] != ENDS[1])
+    assert met == pytest.approx(sorted(collision.points), rel=1e-9)
+    assert all(np.all(np.diff(s["xs"]) > 0) for s in strands)
+
+
+def test_bands_have_no_gaps(explorer):
+    explorer.settle("diagram")
+    assert explorer.view("diagram", "view.column") > 1
+    assert (
+        explorer.view(
+            "diagram",
+            """(() => {
+            const { plot } = view;
+            const [[values, d]] = view.dots;
+            const last = Math.max(...values);
+            const low = Math.min(...[...d].filter((_, k) => values[k] === last));
+            const [left, right, y] = [plot.x(0.03701), plot.right - 4, plot.y(low) - 1];
+            const { data } = plot.base
+                .getContext("2d").getImageData(left, y, Math.round(right - left), 1);
+            let blank = 0;
+            for (let k = 0; k < data.length; k += 4) if (data[k + 3] === 0) blank += 1;
+            return blank;
+        })()""",
+        )
+        == 0
+    )
 
 
 def test_the_wheel_zooms_about_the_pointer(explorer):

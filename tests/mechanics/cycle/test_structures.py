@@ -199,3 +199,16 @@ def test_an_integrator_ramps_for_as_long_as_it_takes_to_a_release(small: float) 
 
     expected = small * release_to_release(0.3, 0.01)
     assert release_to_release(0.3 * small, 0.01 * small) == pytest.approx(expected, rel=1e-9)
+
+
+def test_masses_that_nothing_holds_have_no_cycle():
+    stack = ss.Structure(
+        mass=[2.0, 1.0],
+        stiffness=np.zeros((2, 2)),
+        contacts=[
+            ss.Contact(at=0, static=0.6, friction=ss.Coulomb(mu=1.0)),
+            ss.Contact(at=(1, 0), friction=ss.Coulomb(mu=1.0)),
+        ],
+    )
+    with pytest.raises(ValueError, match="nothing but friction acts on the masses"):
+        ss.find_cycle(stack, [0.0, 0.0], [0.0, 3.0])

@@ -1,7 +1,7 @@
 /**
  * The page at work: state to questions, answers to views.
  *
- * @import {Box, Limits, Part, Preset, Question, State} from "./types.js"
+ * @import {Box, Limits, Part, Question, State} from "./types.js"
  * @import {Shipped} from "./shipped.js"
  * @import {View} from "./views/view.js"
  * @import {Panel} from "./panel.js"
@@ -15,11 +15,13 @@ import {
   continuousParameters,
   hasLineMap,
   indexed,
+  mapOf,
+  slidersOf,
   valueOf,
   withValue,
 } from "./model.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
-import { clean, completeAlong, Store } from "./state.js";
+import { clean, completeAlong, same, Store } from "./state.js";
 
 const KEPT = 40; // answers that took long, for undo
 const SOON_MS = 150; // a head start for the map
@@ -79,6 +81,12 @@ export class App {
     return blockCount(state.model);
   }
 
+  /** Views presented, if any: those of the state that the model has. */
+  get large() {
+    const known = this.views.filter((view) => view.isFor(this.state)).map(({ id }) => id);
+    return this.state.large.filter((id) => known.includes(id));
+  }
+
   /** Present value of the diagram's parameter. */
   get parameter() {
     return Number(valueOf(this.limits, this.state.model, this.state.diagram.parameter));
@@ -94,7 +102,7 @@ export class App {
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
-    const domain = hasLineMap(this.state.model) ? this.domain() : undefined;
+    const domain = hasLineMap(this.state) ? this.domain() : undefined;
     const inside = domain ? Math.min(domain[1], Math.max(domain[0], d)) : d;
     this.store.update({ d: clean(inside) }, "d");
   }
@@ -122,7 +130,8 @@ export class App {
    */
   setModel(model) {
     const diagram = completeAlong(this.limits, model, { parameter: this.state.diagram.parameter });
-    this.store.update({ model, diagram, windows: {} }, "model");
+    const anew = { map: null, section: null, sliders: slidersOf(this.limits, model) };
+    this.store.update({ model, diagram, windows: {}, ...anew }, "model");
   }
 
   /** @param {string} panel @param {Box | null} box */
@@ -165,8 +174,9 @@ export class App {
   // --- questions -------------------------------------------------------------------------------
 
   changed() {
+    const { large } = this;
     for (const view of this.views) {
-      const shown = view.isFor(this.state);
+      const shown = view.isFor(this.state) && (!large.length || large.includes(view.id));
       view.panel.section.hidden = !shown;
       if (!shown) continue;
       const zoomed =
@@ -183,6 +193,7 @@ export class App {
   /** Ask what is new: the map first, what is quick after it, the rest when the controls rest. */
   askAll() {
     const slots = slotsFor(this.state);
+    if (mapOf(this.state).kind === "unknown") this.asked.delete("returns"); // as told, but forgotten
     if (slots.includes("map")) this.ask("map");
     clearTimeout(this.soonTimer);
     if (this.connection.running.has("map")) {
@@ -242,6 +253,7 @@ export class App {
   receive(slot, question, part) {
     const answer = this.known.receive(slot, question, part, this.question(slot));
     if (slot === "motion") this.#move();
+    if (slot === "returns") this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     this.#tell(slot);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
@@ -274,6 +286,14 @@ export class App {
     for (const { panel, slots } of this.views) panel.stand(standings.get(slots[0]));
     const wrong = [...standings.values()].find(({ error }) => error?.field)?.error;
     this.showError(wrong?.field ?? null, wrong?.message ?? "");
+  }
+
+  /** Which map the model has is part of the state, so that all else follows from the state. @param {Part} part */
+  #mapTold({ data }) {
+    if (data?.part_name !== "returns") return;
+    const { kind, why, coordinates, domain } = data;
+    const map = { kind, why, coordinates, domain };
+    if (!same(map, this.state.map)) this.store.replace({ ...this.state, map });
   }
 
   #move() {

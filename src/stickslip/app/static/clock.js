@@ -20,6 +20,11 @@ export class Clock {
   /** Take a new motion, at the time of the last one. @param {Answer} answer */
   take(answer) {
     this.motion = answer;
+    const { arrays } = this;
+    if (arrays) {
+      arrays.u ??= arrays.x; // contacts of blocks move as these do
+      arrays.w ??= arrays.v;
+    }
     this.phases = globalSticks(this.arrays);
     this.seek(this.t);
   }
@@ -76,7 +81,7 @@ export class Clock {
 
 /** Phases in which both of two blocks ride. @param {any} arrays */
 function globalSticks(arrays) {
-  if (!arrays || arrays.x.length !== 2 * arrays.t.length) return [];
+  if (!arrays || arrays.u !== arrays.x || arrays.x.length !== 2 * arrays.t.length) return [];
   const { t, x, mode } = arrays;
   /** @type {{start: number, end: number, d: number}[]} */
   const phases = [];

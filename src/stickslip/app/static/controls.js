@@ -10,6 +10,7 @@ import {
   FORMULA,
   blockCount,
   continuousParameters,
+  coordinateOf,
   defaultLaw,
   defaultModel,
   hasLaws,
@@ -18,11 +19,14 @@ import {
   kindEntry,
   lawOf,
   lawsOf,
+  isStructure,
   parametersOf,
-  perBlock,
+  startState,
+  sticksAsOne,
   valueOf,
   withForcing,
   withFormula,
+  withLaw,
   withLaws,
 } from "./model.js";
 import { clean, completeAlong, completeState, same } from "./state.js";
@@ -65,7 +69,11 @@ export class Controls {
     this.mark(null, "");
     const { model } = state;
     const laws = lawsOf(model).map(({ law }) => law);
-    const shape = [model.kind, laws, hasLaws(model), Boolean(model.forcing)].join(" ");
+    const shape = [
+      ...[model.kind, laws, hasLaws(model), Boolean(model.forcing)],
+      JSON.stringify(state.sliders),
+      ...parametersOf(this.app.limits, model).ofModel.map(({ name }) => name),
+    ].join(" ");
     if (shape !== this.shape) this.#rebuild(state);
     this.shape = shape;
     for (const show of [...this.fixed, ...this.changing]) show(state);
@@ -75,10 +83,19 @@ export class Controls {
   #rebuild(state) {
     const { limits } = this.app;
     this.changing = [];
+    const { sliders } = state;
     const { ofModel, ofLaws } = parametersOf(limits, state.model);
-    const row = (/** @type {Parameter} */ one) => this.#parameter(one);
+    const ranged = (/** @type {Parameter} */ one) => {
+      const [min, max] = sliders[one.name] ?? [one.min, one.max];
+      return { ...one, min, max, ...(one.name in sliders ? stepOf(min, max) : {}) };
+    };
+    const row = (/** @type {Parameter} */ one) => this.#parameter(ranged(one));
     const { name } = /** @type {HTMLInputElement} */ (document.activeElement ?? {});
-    this.modelRows.replaceChildren(...ofModel.map(row));
+    const listed = isStructure(state.model) ? ofModel.filter((one) => one.name in sliders) : ofModel;
+    const rest = ofModel.filter((one) => !listed.includes(one));
+    const more = element("details", {}, element("summary", {}, "All other numbers"));
+    more.append(...rest.map(row));
+    this.modelRows.replaceChildren(...listed.map(row), ...(rest.length ? [more] : []));
     this.lawRows.replaceChildren(
       ...ofLaws.flatMap((ofLaw, block) => [
         ...this.#lawOf(block, hasLaws(state.model)),
@@ -269,7 +286,20 @@ export class Controls {
       const fits = presets.filter((one) => same(one.state.model, model));
       if (!fits.some(({ name }) => name === choose.value)) choose.value = fits[0]?.name ?? "";
     });
-    return this.#group("Preset", choose);
+    if (app.alone) return this.#group("Preset", choose);
+    const file = element("input", { type: "file", accept: ".toml", hidden: true, "data-open": true });
+    file.addEventListener("change", () => this.#open(file.files[0]).finally(() => (file.value = "")));
+    const look = { type: "button", class: "tool", onclick: () => file.click() };
+    return this.#group("Preset", choose, element("button", look, "Open a model file …"), file);
+  }
+
+  /** Show the plant of a model file. @param {File | undefined} file */
+  async #open(file) {
+    if (!file) return;
+    const reply = await fetch(new URL("open", location.href), { method: "POST", body: file });
+    const { state, error } = await reply.json();
+    if (error) return this.mark(null, `${file.name}: ${error}`);
+    this.app.store.update(completeState(this.app.limits, state), "preset");
   }
 
   #model() {
@@ -295,7 +325,7 @@ export class Controls {
   #law() {
     return this.#group(
       "Friction",
-      this.#switch("a law for each block", hasLaws, withLaws, (model) => blockCount(model) > 1),
+      this.#switch("a law for each block", hasLaws, withLaws, hasBlocks),
       this.lawRows,
       this.lawHost,
     );
@@ -307,11 +337,9 @@ export class Controls {
     const laws = app.limits.laws.map(
       ({ law, title }) => /** @type {[string, string]} */ ([law, title]),
     );
-    const put = (/** @type {any} */ law) => {
-      const { model } = app.state;
-      app.setModel({ ...model, friction: each ? model.friction.with(block, law) : law });
-    };
-    const label = each ? `Friction law of block ${block + 1}` : "Friction law";
+    const put = (/** @type {any} */ law) => app.setModel(withLaw(app.state.model, block, law));
+    const what = isStructure(app.state.model) ? "contact" : "block";
+    const label = each ? `Friction law of ${what} ${block + 1}` : "Friction law";
     const now = (/** @type {State} */ { model }) => lawsOf(model)[block];
     const choice = this.#select(
       label,
@@ -343,7 +371,7 @@ export class Controls {
       const looks =
         name === "power"
           ? { symbol: "p", meaning: "power of the map shown" }
-          : { symbol: "n", meaning: "orbits listed up to period" };
+          : { symbol: "N", meaning: "orbits listed up to period" };
       const one = { name, ...looks, ...known, step: 1, whole: true };
       return this.#number(
         one,
@@ -353,7 +381,7 @@ export class Controls {
       );
     });
     const group = this.#group("Map", ...rows);
-    this.fixed.push(({ model }) => (group.hidden = !hasLineMap(model)));
+    this.fixed.push((state) => (group.hidden = !hasLineMap(state)));
     return group;
   }
 
@@ -401,7 +429,7 @@ export class Controls {
         iconButton("forward", "Step on", () => player.step(1)),
       ),
     );
-    this.fixed.push(({ model }) => (group.hidden = !hasLineMap(model)));
+    this.fixed.push((state) => (group.hidden = !hasLineMap(state)));
     return group;
   }
 
@@ -436,6 +464,11 @@ export class Controls {
       symbol: "d",
       meaning: "start: X₂ − X₁ while both stick",
     };
+    const pointed = (/** @type {State} */ state) => {
+      stick.querySelector(".symbol").textContent = coordinateOf(state).replace("_", "");
+      const of = sticksAsOne(state.model) ? "X₂ − X₁ while both stick" : "a point of the return map";
+      stick.querySelector(".word").textContent = stick.title = `start: ${of}`;
+    };
     const stick = this.#number(
       start,
       ({ d }) => d,
@@ -448,24 +481,25 @@ export class Controls {
     ]).map(([name, symbol, meaning]) =>
       this.#list(
         { ...numeric, name, symbol, meaning },
-        (state) => perBlock(state.model, state[name]),
+        (state) => startState(state.model, state)[name],
         (values) => app.store.update({ [name]: values }, name),
         this.fixed,
         0,
       ),
     );
-    this.fixed.push(({ model }) => {
-      stick.hidden = !hasLineMap(model);
-      for (const row of states) row.hidden = hasLineMap(model);
+    this.fixed.push((state) => {
+      stick.hidden = !hasLineMap(state);
+      pointed(state);
+      for (const row of states) row.hidden = hasLineMap(state);
     });
     const duration = {
       name: "t_end",
       symbol: "T",
       meaning: "duration of the motion",
       default: 120,
-      min: 20,
+      min: 1,
       max: 500,
-      step: 5,
+      step: 1,
     };
     return this.#group(
       "Motion",
@@ -520,12 +554,18 @@ export class Controls {
   }
 }
 
+/** Whether it is blocks that may have one law or several. @param {Model} model */
+const hasBlocks = (model) => blockCount(model) > 1 && !isStructure(model);
+
 /** A parameter's symbol, its index lowered. @param {Parameter} one */
 function symbolOf({ symbol }) {
   const [letter, index] = symbol.split("_");
   const low = index ? [element("sub", {}, index)] : [];
   return element("span", { class: "symbol", "aria-hidden": "true" }, letter, ...low);
 }
+
+/** Steps of the arrow keys, a thousand or so to a slider. @param {number} min @param {number} max */
+const stepOf = (min, max) => ({ step: 10 ** Math.floor(Math.log10(max - min) - 2.5) });
 
 const NOTCHES = 1000;
 

@@ -32,6 +32,7 @@ const PATHS = {
   legend: "M2.5 4h2M7 4h6.5M2.5 8h2M7 8h6.5M2.5 12h2M7 12h6.5",
   table: "M2.5 3h11v10h-11zM2.5 6.3h11M2.5 9.6h11M6.5 3v10",
   tour: "M4 14V2.5h8l-2 2.8 2 2.8H4",
+  present: "M2.5 3h11v7.5h-11zM8 10.5v2.8M5 13.3h6",
   stop: "M4 4l8 8M12 4l-8 8",
 };
 

@@ -20,7 +20,7 @@ export function attachGestures(plot) {
 
   const place = (/** @type {MouseEvent} */ event) => {
     const box = over.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
+    return [(event.clientX - box.left) / plot.scale, (event.clientY - box.top) / plot.scale];
   };
   const inside = (/** @type {number} */ x, /** @type {number} */ y) =>
     x >= plot.left && x <= plot.right && y >= plot.top && y <= plot.bottom;
@@ -148,10 +148,10 @@ function showBox(plot, from, x, y) {
     .sort((a, b) => a - b);
   plot.box.hidden = false;
   Object.assign(plot.box.style, {
-    left: `${ax}px`,
-    top: `${ay}px`,
-    width: `${bx - ax}px`,
-    height: `${by - ay}px`,
+    left: `${ax * plot.scale}px`,
+    top: `${ay * plot.scale}px`,
+    width: `${(bx - ax) * plot.scale}px`,
+    height: `${(by - ay) * plot.scale}px`,
   });
 }
 
@@ -159,6 +159,7 @@ function showBox(plot, from, x, y) {
 function showTip(plot, x, y, text) {
   plot.tip.hidden = !text;
   if (!text) return;
+  [x, y] = [x * plot.scale, y * plot.scale];
   plot.tip.replaceChildren(...[text].flat());
   const { offsetWidth: width, offsetHeight: height } = plot.tip;
   const left = x + 14 + width < plot.host.clientWidth ? x + 14 : Math.max(2, x - 14 - width);

@@ -10,10 +10,10 @@ import { PATIENT } from "./questions.js";
 
 /**
  * @typedef {{keys: string[], shown: string, does: string, run?: (event: KeyboardEvent) => void}} Key
- * @param {{app: App, controls: Controls, player: Player, theme: () => void, help: () => void, legend: () => void, table: () => void, tour: () => void}} page
+ * @param {{app: App, controls: Controls, player: Player, theme: () => void, help: () => void, legend: () => void, table: () => void, tour: () => void, present: () => void, leave: () => boolean}} page
  * @returns {Key[]}
  */
-export function keyTable({ app, controls, player, theme, help, legend, table, tour }) {
+export function keyTable({ app, controls, player, theme, help, legend, table, tour, present, leave }) {
   const power = (/** @type {KeyboardEvent} */ { key }) =>
     app.store.update({ power: Number(key) }, "power");
   return [
@@ -35,12 +35,13 @@ export function keyTable({ app, controls, player, theme, help, legend, table, to
     { keys: ["g"], shown: "G", does: "the tour: five steps through the paper", run: tour },
     { keys: ["l"], shown: "L", does: "what the marks mean", run: legend },
     { keys: ["o"], shown: "O", does: "table of orbits, breaks and bifurcations", run: table },
+    { keys: ["f"], shown: "F", does: "present: one or two views, large", run: present },
     { keys: ["t"], shown: "T", does: "light or dark", run: theme },
     {
       keys: ["Escape"],
       shown: "Esc",
-      does: "stop playing and computing",
-      run: () => stopAll(app, player),
+      does: "leave the large views; stop playing and computing",
+      run: () => leave() || stopAll(app, player),
     },
     { keys: ["?"], shown: "?", does: "this help", run: help },
     { keys: [], shown: "Tab, arrows", does: "on a slider: change it; on a plot: move the view" },

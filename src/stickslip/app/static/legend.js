@@ -12,8 +12,7 @@ const GROUPS = {
     ["mark cross purple", "", "infinitely unstable: through a jump of the map"],
   ],
   "Event map": [
-    ["line blue 2", "", "a branch; one colour for one order of sticks and slips"],
-    ["line blue 2 7,3", "", "dashed: another order, when the colours are used up"],
+    ["line blue 2", "", "a branch; an order of sticks and slips keeps its colour, neighbours differ"],
     ["line muted 1 2,4", "", "a break between branches; dashes span a jump"],
     ["line ink 0.9", "", "the staircase: the motion from the marked d, stick after stick"],
     ["bars -. -- ..", "", "an order of sticks (bars) and slips (arrows), a row for each block"],
@@ -21,7 +20,8 @@ const GROUPS = {
   "Bifurcation diagram": [
     ["line ink 2.4", "", "thick: stable orbit"],
     ["line vermillion 1", "", "thin: unstable orbit"],
-    ["line muted 1 6,4", "", "dashed: a break of the map"],
+    ["line purple 1 5,2", "", "dashed: infinitely unstable orbit, through a jump"],
+    ["line muted 1 6,4", "", "grey, dashed: a break of the map"],
     ["line blue 3 2,2", "", "dots: where motions settle"],
     ...Object.entries(BIFURCATIONS).map(([short, [shape, color, words]]) => [
       `mark ${shape} ${color}`,

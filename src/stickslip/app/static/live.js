@@ -1,7 +1,7 @@
 /**
  * In the place of a server: a thread that answers what the package's kernels can answer alone.
  *
- * @import {Model, Numbers, Orbit, Part} from "./types.js"
+ * @import {Model, Numbers, Orbit} from "./types.js"
  * @import {Law, Samples} from "./engine.js"
  */
 import { Engine, force } from "./engine.js";
@@ -37,6 +37,17 @@ async function load(name, law) {
   const reply = await fetch(new URL(`live/${name}.wasm`, import.meta.url));
   return new Engine(law, await WebAssembly.compile(await reply.arrayBuffer()));
 }
+
+/** What the server says that two blocks are made of. @param {Model} model */
+const twoBlocks = ({ alpha, beta, V }) => ({
+  bodies: 2,
+  springs: [
+    [0, 1, alpha],
+    [0, -1, 1],
+    [1, -1, 1],
+  ],
+  contacts: [1, beta].map((limit, k) => ({ bodies: [k], V, limit, elastic: false })),
+});
 
 /** What is wrong with a model's values. @param {Model} model @param {Law} law */
 function fault(model, law) {
@@ -117,7 +128,7 @@ const VIEWS = {
     const mode = Uint8Array.from(modes, (value) => (value < 0 ? 2 : value));
     yield {
       name: "motion",
-      data: { V, limits, status, message: "", t_end: t[n - 1], events: [] },
+      data: { ...twoBlocks(model), status, message: "", t_end: t[n - 1], events: [] },
       arrays: { t, x, v, mode, force: forces, interval },
     };
   },

@@ -1,19 +1,20 @@
 /**
  * Starts the page: what the server allows, the state of the address, the views, the controls.
  *
- * @import {Limits, Preset, State} from "./types.js"
+ * @import {Limits, Preset} from "./types.js"
  */
 import { App } from "./app.js";
 import { Controls } from "./controls.js";
 import { element, icon, iconButton } from "./dom.js";
 import { helpDialog, keyTable, listen } from "./keyboard.js";
 import { copy } from "./keep.js";
+import { Large } from "./large.js";
 import { showLegend } from "./legend.js";
 import { Player } from "./player.js";
 import { Shipped } from "./shipped.js";
 import { completeState, fromFragment, toFragment } from "./state.js";
 import { reducedMotion, switchTheme, watchTheme } from "./theme.js";
-import { hasBlocksMap, hasLineMap } from "./model.js";
+import { blockCount, hasLineMap, hasSpaceMap, mapOf, sticksAsOne } from "./model.js";
 import { Tour } from "./tour.js";
 import { BasinsView } from "./views/basins.js";
 import { CycleView } from "./views/cycle.js";
@@ -52,25 +53,26 @@ function addViews(app, main) {
     (_, block) => new PortraitView(app, block),
   );
   const law = new LawView(app);
+  const map = new MapView(app, "map");
   const line = [
-    new MapView(app, "map"),
+    map,
     new MechanismView(app),
     new DiagramView(app),
-    new BasinsView(app),
+    new BasinsView(app, map.plot),
     new MapView(app, "power"),
   ];
   const plane = new PlaneView(app);
   const cycle = new CycleView(app);
-  for (const view of [line[0], ...line.slice(2), plane])
-    view.isFor = ({ model }) => hasLineMap(model);
-  cycle.isFor = ({ model }) => !hasLineMap(model);
+  for (const view of [line[0], ...line.slice(2)]) view.isFor = hasLineMap;
+  plane.isFor = (state) => hasLineMap(state) && sticksAsOne(state.model);
+  cycle.isFor = (state) => !hasLineMap(state);
   const section = new SectionView(app);
-  section.isFor = ({ model }) => hasBlocksMap(model);
+  section.isFor = hasSpaceMap;
   const table = new TableView(app);
   const inMain = [...line, ...portraits, plane, table, cycle, section];
   main.append(...inMain.map((view) => view.panel.section));
   app.views = [law, ...inMain];
-  return { law, table };
+  return { law, table, inMain };
 }
 
 /** Show the table in the place of the small views, or these. @param {App} app @param {TableView} table @param {HTMLElement} main */
@@ -108,7 +110,7 @@ async function start() {
     toastTimer = setTimeout(() => (toast.textContent = ""), 4000);
   };
   const main = /** @type {HTMLElement} */ (document.querySelector("main"));
-  const { law, table } = addViews(app, main);
+  const { law, table, inMain } = addViews(app, main);
   const player = new Player(app);
   const side = /** @type {HTMLElement} */ (document.querySelector(".controls"));
   const controls = new Controls(app, presets, player, side);
@@ -117,31 +119,47 @@ async function start() {
   const redraw = () => app.views.forEach((view) => view.refresh());
   const theme = () => switchTheme(redraw);
   const tour = new Tour(app, presets, side);
+  const large = new Large(
+    app,
+    inMain.filter((view) => view !== table),
+  );
   const does = {
     theme,
+    present: () => large.toggle(),
     help: () => help.showModal(),
     legend: showLegend,
-    table: () => toggleTable(app, table, main),
+    table: () => {
+      large.end();
+      toggleTable(app, table, main);
+    },
     tour: () => tour.toggle(),
   };
-  const keys = keyTable({ app, controls, player, ...does });
+  const keys = keyTable({ app, controls, player, leave: () => large.end(), ...does });
   const help = helpDialog(keys);
   document.body.append(help);
   listen(keys, player);
-  addTools(app, does);
+  addTools(app, does, large.choices);
   watchTheme(redraw);
   keepAddress(app, limits, presets);
-  const arrange = () => (main.dataset.kind = app.state.model.kind);
+  const arrange = () => {
+    main.dataset.map = mapOf(app.state).kind;
+    main.dataset.contacts = String(blockCount(app.state.model));
+  };
   app.store.subscribe(arrange);
   arrange();
+  large.arrange();
   app.changed();
   if (!reducedMotion()) controls.playMotion(true);
   document.documentElement.dataset.ready = "true";
   Object.assign(window, { explorer: app });
 }
 
-/** @param {App} app @param {Record<"theme" | "help" | "legend" | "table" | "tour", () => void>} does */
-function addTools(app, does) {
+/**
+ * @param {App} app
+ * @param {Record<"theme" | "help" | "legend" | "table" | "tour" | "present", () => void>} does
+ * @param {HTMLElement[]} choices  of what is presented
+ */
+function addTools(app, does, choices) {
   const undo = iconButton("undo", "Undo", () => app.store.undo());
   const redo = iconButton("redo", "Redo", () => app.store.redo());
   const able = () => {
@@ -150,13 +168,15 @@ function addTools(app, does) {
   };
   app.store.subscribe(able);
   able();
-  /** @type {["tour" | "legend" | "table", string][]} */
+  /** @type {["tour" | "legend" | "table" | "present", string][]} */
   const named = [
+    ["present", "Present"],
     ["tour", "Tour"],
     ["table", "Table"],
     ["legend", "Legend"],
   ];
   document.querySelector(".tools")?.append(
+    ...choices,
     ...named.map(([name, text]) =>
       element(
         "button",

@@ -1,37 +1,78 @@
 /**
  * Reading and changing models, which are plain tables.
  *
- * @import {Model, Limits, Parameter} from "./types.js"
+ * @import {MapTold, Model, Limits, Parameter} from "./types.js"
  */
 
-/** @param {Model} model */
+/** Whether it is written as matrices and contacts. @param {Model} model */
+export const isStructure = (model) => Array.isArray(model.contact);
+
+/** Number of contacts; of blocks as many. @param {Model} model @returns {number} */
 export function blockCount(model) {
+  if (isStructure(model)) return model.contact.length;
   if (model.kind === "two_block") return 2;
-  return Array.isArray(model.static) ? model.static.length : 1;
+  const perBlock = model.static ?? model.mass;
+  return Array.isArray(perBlock) ? perBlock.length : 1;
 }
 
-/** A number for each block, 0 where none is given. @param {Model} model @param {number[]} values */
-export const perBlock = (model, values) =>
-  Array.from({ length: blockCount(model) }, (_, k) => values[k] ?? 0);
+/**
+ * A state as long as the model's: displacements and velocities, 0 where none are given; in
+ * state-space form all are displacements.
+ * @param {Model} model @param {{x: number[], v: number[]}} given
+ */
+export function startState(model, { x, v }) {
+  const count = (model.A ?? (isStructure(model) ? model.mass : { length: blockCount(model) })).length;
+  const filled = (/** @type {number[]} */ values) =>
+    Array.from({ length: count }, (_, k) => values[k] ?? 0);
+  return { x: filled(x), v: model.A ? [] : filled(v) };
+}
 
-/** Whether its event map is a map of an interval. @param {Model} model */
-export const hasLineMap = (model) => blockCount(model) === 2 && !model.forcing;
+const STICKS = { why: "", domain: null }; // global stick of blocks, as known without asking
 
-/** Whether it is a map of the plane, or of more than two differences. @param {Model} model */
-export const hasBlocksMap = (model) => blockCount(model) > 2 && !model.forcing;
+/**
+ * Which map a model has: of the distances between blocks at global stick, which is known at once,
+ * else what the server said of a return map.
+ * @param {{model: Model, map?: MapTold | null}} state @returns {MapTold}
+ */
+export function mapOf({ model, map }) {
+  const count = blockCount(model);
+  if (!sticksAsOne(model))
+    return map ?? { kind: "unknown", why: "", coordinates: [], domain: null };
+  return { ...STICKS, kind: count === 2 ? "line" : "space", coordinates: Array(count - 1).fill("d") };
+}
+
+/** Whether the event map is from one global stick to the next. @param {Model} model */
+export const sticksAsOne = (model) =>
+  !isStructure(model) && !model.forcing && blockCount(model) > 1;
+
+/** @param {{model: Model, map?: MapTold | null}} state */
+export const hasLineMap = (state) => mapOf(state).kind === "line";
+
+/** Whether it is a map of the plane, or of more numbers. @param {{model: Model, map?: MapTold | null}} state */
+export const hasSpaceMap = (state) => mapOf(state).kind === "space";
+
+/** Symbols of the numbers of a map's point. @param {{model: Model, map?: MapTold | null}} state */
+export const coordinatesOf = (state) =>
+  mapOf(state).coordinates.map((name) => (name === "phase" ? "φ" : name));
+
+/** Of the one number of a map of the line; d between blocks. @param {{model: Model, map?: MapTold | null}} state */
+export const coordinateOf = (state) => coordinatesOf(state)[0] ?? "d";
 
 /** A symbol with its index as `mathText` reads it: V_dr is V_{dr}. @param {string} symbol */
-export const indexed = (symbol) => symbol.replace(/_(\w+)/, "_{$1}");
+export const indexed = (symbol) => symbol.replace(/_([\w,]+)/, "_{$1}");
 
 /** Whether each block has a law of its own. @param {Model} model */
-export const hasLaws = (model) => Array.isArray(model.friction);
+export const hasLaws = (model) => isStructure(model) || Array.isArray(model.friction);
 
 /**
  * The laws' tables: one for all blocks, or one for each.
  * @param {Model} model
  * @returns {any[]}
  */
-export const lawsOf = (model) => [model.friction].flat();
+export const lawsOf = (model) =>
+  isStructure(model)
+    ? model.contact.map((/** @type {any} */ { friction }) => friction)
+    : [model.friction].flat();
 
 /** Of the first block. @param {Model} model @returns {string} */
 export const lawOf = (model) => lawsOf(model)[0].law;
@@ -94,20 +135,22 @@ function parametersOfLaw(limits, law) {
  */
 export function parametersOf(limits, model) {
   const { parameters, forcing } = kindEntry(limits, model.kind);
+  const what = isStructure(model) ? "contact" : "block";
   const ofLaws = lawsOf(model).map((law, k) =>
-    parametersOfLaw(limits, law).map((one) => (hasLaws(model) ? ofBlock(one, k + 1) : one)),
+    parametersOfLaw(limits, law).map((one) => (hasLaws(model) ? ofBlock(one, k + 1, what) : one)),
   );
+  if (isStructure(model)) return { ofModel: entriesOf(model).map(({ one }) => one), ofLaws };
   return { ofModel: model.forcing ? [...parameters, ...forcing] : parameters, ofLaws };
 }
 
-/** @param {Parameter} one @param {number} block  from 1 @returns {Parameter} */
-function ofBlock(one, block) {
+/** @param {Parameter} one @param {number} block  from 1 @param {string} what @returns {Parameter} */
+function ofBlock(one, block, what) {
   const [letter, index] = one.symbol.split("_");
   return {
     ...one,
     name: `${one.name}_${block}`,
     symbol: `${letter}_${index ? `${index},` : ""}${block}`,
-    meaning: `block ${block}: ${one.meaning}`,
+    meaning: `${what} ${block}: ${one.meaning}`,
   };
 }
 
@@ -117,26 +160,132 @@ export function continuousParameters(limits, model) {
   return [...ofModel, ...ofLaws.flat()].filter((one) => !one.per_block && !one.values);
 }
 
+/** @typedef {(string | number)[]} Path  keys, the last of them a value's own */
+
+const SYMBOLS = {
+  mass: ["m", "mass"],
+  stiffness: ["k", "stiffness"],
+  damping: ["c", "damping"],
+  force: ["f", "constant force"],
+  A: ["A", "entry of A"],
+  B: ["B", "entry of B"],
+  C: ["C", "entry of C"],
+  a: ["a", "constant part"],
+  static: ["L", "static limit of contact"],
+  V: ["V", "velocity of the belt of contact"],
+  load: ["l", "limit per displacement"],
+  contact_stiffness: ["k", "spring in series with contact"],
+  amplitude: ["a", "amplitude of the force"],
+  frequency: ["Ω", "angular frequency"],
+  phase: ["φ", "phase at time 0"],
+};
+
+const EVERYWHERE = new Set(["static", "V", "amplitude", "frequency", "phase"]); // 0 is a value there
+
 /**
- * Where in a model a parameter's value is: keys, the last of them its own.
- * @param {Limits} limits @param {Model} model @param {string} name @returns {(string | number)[]}
+ * The numbers of a structure: named as the library names them, each with the places where it is.
+ * @param {Model} model
  */
-function pathTo(limits, model, name) {
+function entriesOf(model) {
+  /** @type {{one: Parameter, paths: Path[]}[]} */ const entries = [];
+  const add = (/** @type {string} */ name, /** @type {string} */ stem, /** @type {Path[]} */ paths) => {
+    const value = at(model, paths[0]);
+    if (value === 0 && !EVERYWHERE.has(stem)) return;
+    const [letter, meaning] = /** @type {any} */ (SYMBOLS)[stem];
+    const index = name.match(/\d+/g)?.join() ?? "";
+    const told = { symbol: index ? `${letter}_${index}` : letter, meaning: `${meaning} ${index}`.trim() };
+    entries.push({ one: { name, ...told, default: value, ...rangeAbout(value) }, paths });
+  };
+  model.contact.forEach((/** @type {any} */ contact, /** @type {number} */ k) => {
+    const inside = (/** @type {Path} */ ...keys) => [/** @type {Path} */ (["contact", k, ...keys])];
+    add(`static_${k + 1}`, "static", inside("static"));
+    add(`V_${k + 1}`, "V", inside("V"));
+    (contact.load ?? []).forEach((/** @type {number} */ _, /** @type {number} */ j) =>
+      add(`load_${k + 1}_${j + 1}`, "load", inside("load", j)),
+    );
+    if (contact.stiffness !== undefined)
+      add(`contact_stiffness_${k + 1}`, "contact_stiffness", inside("stiffness"));
+    for (const key of Object.keys(contact.belt ?? {}))
+      add(`V_${k + 1}.${key}`, key, inside("belt", key));
+  });
+  const waves = [model.forcing ?? []].flat();
+  waves.forEach((wave, k) => {
+    const place = Array.isArray(model.forcing) ? ["forcing", k] : ["forcing"];
+    const prefix = waves.length > 1 ? `forcing_${k + 1}` : "forcing";
+    for (const [key, value] of Object.entries(wave)) {
+      if (Array.isArray(value))
+        value.forEach((part, j) => part && add(`${prefix}.${key}_${j + 1}`, key, [[...place, key, j]]));
+      else add(`${prefix}.${key}`, key, [[...place, key]]);
+    }
+  });
+  for (const stem of ["mass", "stiffness", "damping", "force", "A", "B", "C", "a"]) {
+    const rows = model[stem] ?? [];
+    const pairs = ["mass", "stiffness", "damping"].includes(stem) && isSymmetric(rows);
+    rows.forEach((/** @type {any} */ row, /** @type {number} */ i) => {
+      if (!Array.isArray(row)) return add(`${stem}_${i + 1}`, stem, [[stem, i]]);
+      row.forEach((_, j) => {
+        if (pairs && j < i) return;
+        const mirror = pairs && j > i ? [/** @type {Path} */ ([stem, j, i])] : [];
+        add(`${stem}_${i + 1}_${j + 1}`, stem, [[stem, i, j], ...mirror]);
+      });
+    });
+  }
+  return entries;
+}
+
+/** @param {any} rows */
+const isSymmetric = (rows) =>
+  rows.every(
+    (/** @type {any} */ row, /** @type {number} */ i) =>
+      !Array.isArray(row) || row.every((value, j) => value === rows[j][i]),
+  );
+
+/** What a slider spans about a value of which nothing is known. @param {number} value */
+export function rangeAbout(value) {
+  const reach = 2 * Math.abs(value) || 1;
+  const [min, max] = value > 0 ? [0, reach] : value < 0 ? [-reach, 0] : [-1, 1];
+  return { min, max, step: 10 ** Math.floor(Math.log10(reach) - 3) };
+}
+
+/** Of how many numbers of a model each has a slider; of more those of contacts and forces. */
+const FEW = 12;
+
+/**
+ * Ranges of the sliders that a structure begins with: those of a preset, else about its values.
+ * @param {Limits} limits @param {Model} model @returns {Record<string, [number, number]>}
+ */
+export function slidersOf(limits, model) {
+  if (!isStructure(model)) return {};
+  const { ofModel, ofLaws } = parametersOf(limits, model);
+  const all = [...ofModel, ...ofLaws.flat().filter((one) => !one.values)];
+  const first = (/** @type {Parameter} */ { name }) => /^(static|V|load|contact|forcing)/.test(name);
+  const some = all.length <= FEW ? all : [...ofModel.filter(first), ...ofLaws.flat()].slice(0, FEW);
+  return Object.fromEntries(some.map(({ name, min, max }) => [name, [min, max]]));
+}
+
+/** @param {any} table @param {Path} keys @returns {any} */
+const at = (table, keys) => keys.reduce((found, key) => found?.[key], table);
+
+/**
+ * Where in a model a parameter's value is; both entries of a symmetric matrix.
+ * @param {Limits} limits @param {Model} model @param {string} name @returns {Path[]}
+ */
+function pathsTo(limits, model, name) {
   const { ofLaws } = parametersOf(limits, model);
   const block = ofLaws.findIndex((list) => list.some((one) => one.name === name));
-  if (block < 0) return name.split(".");
-  return hasLaws(model)
-    ? ["friction", block, name.replace(/_\d+$/, "")]
-    : ["friction", name];
+  if (block >= 0 && !hasLaws(model)) return [["friction", name]];
+  const own = name.replace(/_\d+$/, "");
+  if (block >= 0 && !isStructure(model)) return [["friction", block, own]];
+  if (block >= 0) return [["contact", block, "friction", own]];
+  const entry = isStructure(model) && entriesOf(model).find(({ one }) => one.name === name);
+  return entry ? entry.paths : [name.split(".")];
 }
 
 /** @param {Limits} limits @param {Model} model @param {string} name @returns {any} */
 export function valueOf(limits, model, name) {
   const { ofModel, ofLaws } = parametersOf(limits, model);
   const entry = [...ofModel, ...ofLaws.flat()].find((one) => one.name === name);
-  /** @type {any} */ let at = model;
-  for (const key of pathTo(limits, model, name)) at = at?.[key];
-  return at ?? entry?.default;
+  return at(model, pathsTo(limits, model, name)[0]) ?? entry?.default;
 }
 
 /**
@@ -146,12 +295,22 @@ export function valueOf(limits, model, name) {
  */
 export function withValue(limits, model, name, value) {
   const copy = structuredClone(model);
-  const keys = pathTo(limits, model, name);
-  const last = /** @type {string} */ (keys.pop());
-  /** @type {any} */ let at = copy;
-  for (const key of keys) at = at[key] ??= {};
-  at[last] = value;
-  return hasLaws(copy) ? withLaws(copy, true) : copy;
+  for (const keys of pathsTo(limits, model, name)) {
+    /** @type {any} */ let inside = copy;
+    for (const key of keys.slice(0, -1)) inside = inside[key] ??= {};
+    inside[/** @type {string} */ (keys.at(-1))] = value;
+  }
+  return Array.isArray(copy.friction) ? withLaws(copy, true) : copy;
+}
+
+/**
+ * With another law of one block or contact; of all, where they have one.
+ * @param {Model} model @param {number} block @param {any} law @returns {Model}
+ */
+export function withLaw(model, block, law) {
+  if (!hasLaws(model)) return { ...model, friction: law };
+  if (!isStructure(model)) return { ...model, friction: model.friction.with(block, law) };
+  return { ...model, contact: model.contact.with(block, { ...model.contact[block], friction: law }) };
 }
 
 /**
@@ -193,7 +352,8 @@ export const defaultLaw = (limits, law) => structuredClone(lawEntry(limits, law)
  */
 export function defaultModel(limits, kind, law) {
   const model = structuredClone(kindEntry(limits, kind).default);
-  if (limits.laws.some((entry) => entry.law === law) && law !== lawOf(model)) {
+  const known = limits.laws.some((entry) => entry.law === law);
+  if (known && !isStructure(model) && law !== lawOf(model)) {
     model.friction = defaultLaw(limits, law);
   }
   return model;

@@ -10,6 +10,8 @@ import { orbitName } from "./marks.js";
 import { modeBar } from "./modes.js";
 import { short, spelled } from "./numbers.js";
 
+/** Where a mechanism goes into numbers, too long for a sentence. */
+export const AWAY = /(, X|:| near X)/;
 const NEAR = 8; // pixels within which the pointer means a mark
 const BESIDE = 1 / 400; // of the domain, or of the range: just before, just after
 

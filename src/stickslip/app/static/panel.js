@@ -80,7 +80,8 @@ export class Panel {
   /** Say in a sentence what is seen now. @param {string} text */
   say(text) {
     text = spelled(text);
-    if (this.sentence.textContent !== text) this.sentence.textContent = text;
+    if (this.sentence.textContent === text) return;
+    this.sentence.textContent = this.sentence.title = text; // small panels cut it
   }
 }
 
@@ -143,8 +144,10 @@ function exportMenu(title, exports, onexport) {
     if (list.hidden) return;
     const at = items.indexOf(/** @type {any} */ (document.activeElement));
     const steps = /** @type {Record<string, number>} */ ({ ArrowDown: 1, ArrowUp: -1 });
-    if (event.key === "Escape") (toggle(false), button.focus());
-    else if (steps[event.key]) items[(at + steps[event.key] + items.length) % items.length].focus();
+    if (event.key === "Escape") {
+      toggle(false);
+      button.focus();
+    } else if (steps[event.key]) items[(at + steps[event.key] + items.length) % items.length].focus();
     else return;
     event.preventDefault();
     event.stopPropagation();

@@ -1,7 +1,7 @@
 /**
  * A plane with axes on two canvases: what changes with the data below, what moves above.
  *
- * @import {Box, Numbers} from "./types.js"
+ * @import {Box} from "./types.js"
  */
 import { element } from "./dom.js";
 import { attachGestures } from "./gestures.js";
@@ -14,9 +14,11 @@ import { ticks } from "./numbers.js";
  * @property {string} xlabel
  * @property {string} ylabel
  * @property {boolean} [equal]  one scale on both axes
+ * @property {boolean} [square]  a square frame: where both ranges agree the diagonal has 45 degrees
+ * @property {Plot} [above]  the plot whose horizontal axis this one shares
  * @property {boolean} [bare]  no vertical axis
  * @property {boolean} [empty]  no axes at all, the whole area is for drawing
- * @property {number} [left]  width left of the frame, where panels must agree
+ * @property {number} [left]  width left of the frame
  *
  * @typedef {string | (string | Node)[] | null} Tip
  *
@@ -60,27 +62,33 @@ export class Plot {
     /** @type {() => void} */ this.onresize = () => {};
     this.pending = 0;
     this.dirty = false;
-    this.width = this.height = 0;
+    this.width = this.height = 0; // in units of which the screen shows `scale` pixels
+    this.scale = 1;
     this.ratio = 1;
-    this.left = this.right = this.top = this.bottom = 0;
+    this.left = this.right = this.top = this.bottom = this.gutter = 0;
     this.xTicks = this.yTicks = ticks(0, 1, 2);
     this.context = /** @type {CanvasRenderingContext2D} */ (this.base.getContext("2d"));
+    /** The plot that shares its horizontal axis. @type {Plot | null} */ this.below = null;
+    if (options.above) options.above.below = this;
     attachGestures(this);
     new ResizeObserver(() => this.#resize()).observe(host);
     this.#resize();
   }
 
   #resize() {
-    const { clientWidth: width, clientHeight: height } = this.host;
+    const { clientWidth, clientHeight } = this.host;
+    this.scale = Number(getComputedStyle(this.host).getPropertyValue("--scale")) || 1;
+    const [width, height] = [clientWidth / this.scale, clientHeight / this.scale];
     if (!width || !height || (width === this.width && height === this.height)) return;
     this.width = width;
     this.height = height;
-    this.ratio = Math.max(1, Math.min(3, devicePixelRatio || 1));
+    this.ratio = this.scale * Math.max(1, Math.min(3, devicePixelRatio || 1));
     for (const canvas of [this.base, this.over]) {
       canvas.width = Math.round(width * this.ratio);
       canvas.height = Math.round(height * this.ratio);
     }
     this.redraw();
+    this.below?.redraw();
     this.onresize();
   }
 
@@ -107,7 +115,7 @@ export class Plot {
     if (this.dirty) {
       this.dirty = false;
       this.context = this.#clear(this.base);
-      this.#layOut();
+      this.layOut();
       this.#axes();
       this.paintMargin();
       this.#inside(this.paint);
@@ -137,8 +145,8 @@ export class Plot {
   }
 
   /** The frame in pixels, and the range shown. */
-  #layOut() {
-    const { equal, bare, empty, left } = this.options;
+  layOut() {
+    const { equal, bare, empty, left, square, above } = this.options;
     if (empty) {
       [this.left, this.right, this.top, this.bottom] = [0, this.width, 0, this.height];
       return;
@@ -147,10 +155,23 @@ export class Plot {
     this.right = this.width - RIGHT;
     this.bottom = this.height - BOTTOM;
     this.shown = this.view;
-    this.left = left ?? (bare ? RIGHT : this.#labelWidth() + 26);
+    this.left = this.gutter = left ?? (bare ? RIGHT : this.#labelWidth() + 26);
+    if (square) this.#square();
+    if (above?.width === this.width) {
+      above.layOut();
+      [this.left, this.right] = [above.left, above.right];
+    }
     if (equal) this.shown = this.#widened();
     this.yTicks = ticks(this.shown[2], this.shown[3], Math.max(3, (this.bottom - this.top) / 32));
     this.xTicks = ticks(this.shown[0], this.shown[1], Math.max(3, (this.right - this.left) / 68));
+  }
+
+  /** Take away what is wider or higher than a square. */
+  #square() {
+    const side = Math.min(this.right - this.left, this.bottom - this.top);
+    this.left += Math.floor((this.right - this.left - side) / 2);
+    this.right = this.left + side;
+    this.bottom = this.top + side;
   }
 
   #labelWidth() {
@@ -232,10 +253,10 @@ export class Plot {
     }
     const { xlabel, ylabel } = this.options;
     const offset = this.xTicks.offset ? `(${this.xTicks.offset})` : "";
-    mathText(context, xlabel, (left + right) / 2, this.height - 6, of.ink, offset);
+    mathText(context, xlabel, (left + right) / 2, bottom + BOTTOM - 6, of.ink, offset);
     if (this.options.bare || !ylabel) return;
     context.save();
-    context.translate(11, (top + bottom) / 2);
+    context.translate(left - this.gutter + 11, (top + bottom) / 2);
     context.rotate(-Math.PI / 2);
     mathText(context, ylabel, 0, 3, of.ink, this.yTicks.offset ? `(${this.yTicks.offset})` : "");
     context.restore();
@@ -343,16 +364,17 @@ export class Plot {
   }
 
   /**
-   * Small squares, many.
+   * Small squares, many; or bars, so wide.
    * @param {ArrayLike<number>} xs @param {ArrayLike<number>} ys
-   * @param {{color: string, size?: number, alpha?: number}} look
+   * @param {{color: string, size?: number, alpha?: number, wide?: number}} look
    */
-  dots(xs, ys, { color, size = 1, alpha = 1 }) {
+  dots(xs, ys, { color, size = 1, alpha = 1, wide = size }) {
     const { context } = this;
     context.fillStyle = color;
     context.globalAlpha = alpha;
+    const width = Math.max(wide, size);
     for (let k = 0; k < xs.length; k++) {
-      context.fillRect(this.x(xs[k]) - size / 2, this.y(ys[k]) - size / 2, size, size);
+      context.fillRect(this.x(xs[k]) - width / 2, this.y(ys[k]) - size / 2, width, size);
     }
     context.globalAlpha = 1;
   }

@@ -3,7 +3,7 @@
  *
  * @import {State, Question, Limits} from "./types.js"
  */
-import { hasBlocksMap, hasLineMap, perBlock, withValue } from "./model.js";
+import { hasLineMap, hasSpaceMap, lawsOf, startState, sticksAsOne, withValue } from "./model.js";
 
 const COBWEB_STEPS = 160;
 const MOTION_SAMPLES = 6000;
@@ -24,37 +24,42 @@ const horizontal = (/** @type {any} */ box) => (box ? [box[0], box[1]] : null);
 
 /** @type {Record<string, Ask>} */
 export const QUESTIONS = {
-  map: ({ model, windows, max_period }, widths, limits) => ({
+  returns: (state) => ({ view: "returns", request: ofMap(state) }),
+  map: (state, widths, limits) => ({
     view: "event_map",
     request: {
-      model,
-      window: horizontal(windows.map),
+      ...ofMap(state),
+      window: horizontal(state.windows.map),
       points: resolution(widths.map, most(limits, "event_map", "points")),
       power: 1,
-      max_period,
+      max_period: state.max_period,
     },
   }),
-  power: ({ model, windows, power }, widths, limits) => ({
+  power: (state, widths, limits) => ({
     view: "event_map",
     request: {
-      model,
-      window: horizontal(windows.power),
+      ...ofMap(state),
+      window: horizontal(state.windows.power),
       points: resolution(widths.power, most(limits, "event_map", "points")),
-      power,
+      power: state.power,
       max_period: 0,
     },
   }),
-  cobweb: ({ model, d }) => ({ view: "cobweb", request: { model, d, n: COBWEB_STEPS } }),
-  basins: ({ model }) => ({ view: "basins", request: { model } }),
+  cobweb: (state) => ({
+    view: "cobweb",
+    request: { ...ofMap(state), ...startOf(state), n: COBWEB_STEPS },
+  }),
+  basins: (state) => ({ view: "basins", request: ofMap(state) }),
   motion: (state) => ({
     view: "motion",
-    request: { model: state.model, ...startOf(state), t_end: state.t_end, samples: MOTION_SAMPLES },
+    request: { ...ofMap(state), ...startOf(state), t_end: state.t_end, samples: MOTION_SAMPLES },
   }),
   locus: ({ model }) => ({ view: "locus", request: { model } }),
   law: ({ model }) => ({ view: "law", request: { model, range: lawRange(model) } }),
-  diagram: ({ model, diagram }, widths, limits) => ({
+  diagram: ({ model, diagram, section }, widths, limits) => ({
     view: "diagram",
     request: {
+      ...(section ? { section } : {}),
       // Along its own parameter the diagram stays what it is: the present value is no part of it.
       model: withValue(limits, model, diagram.parameter, diagram.full[0]),
       parameter: diagram.parameter,
@@ -67,29 +72,43 @@ export const QUESTIONS = {
       max_period: diagram.max_period,
     },
   }),
-  cycle: (state) => ({ view: "cycle", request: { model: state.model, ...startOf(state) } }),
+  cycle: (state) => ({ view: "cycle", request: { ...ofMap(state), ...startOf(state) } }),
 };
 
-/**
- * Two blocks start from a global stick, others from displacements and velocities.
- * @param {State} state
- */
-const startOf = ({ model, d, x, v }) =>
-  hasLineMap(model) ? { d } : { x: perBlock(model, x), v: perBlock(model, v) };
+/** A model, and where its return map is taken if that is said. @param {State} state */
+const ofMap = ({ model, section }) => (section ? { model, section } : { model });
 
 /**
- * Slip speeds that show the law's shape: some times the belt's.
+ * Where there is a map of the line the motion starts from a point of it, in its domain; else from
+ * displacements and velocities.
+ * @param {State} state
+ */
+function startOf(state) {
+  if (!hasLineMap(state)) return startState(state.model, state);
+  const [low, high] = state.map?.domain ?? [-Infinity, Infinity];
+  return { d: state.d >= low && state.d <= high ? state.d : (low + high) / 2 };
+}
+
+/**
+ * Slip speeds that show the law's shape: some times the belts', and the speeds in the laws.
  * @param {Record<string, any>} model
  */
-const lawRange = (model) => Math.max(0.5, 4 * (model.V || 0));
+const lawRange = (model) =>
+  Math.max(
+    0.5,
+    ...[model, ...(model.contact ?? [])].map(({ V }) => 4 * Math.abs(V || 0)),
+    ...lawsOf(model).map((/** @type {any} */ { law, speed }) => (law === "stribeck" ? 4 * speed : 0)),
+  );
 
 /** Slots of questions that may take long: they wait until the controls rest. */
 export const PATIENT = new Set(["diagram", "basins", "power", "cycle"]);
 
-const OF_LINE = ["locus", "map", "power", "cobweb", "basins", "diagram", "motion"];
+const OF_LINE = ["map", "power", "cobweb", "basins", "diagram", "motion"];
 
 /** Slots that have a meaning for a model; those first that need no kernels. @param {State} state */
-export const slotsFor = ({ model }) =>
-  hasLineMap(model)
-    ? ["law", ...OF_LINE]
-    : ["law", "motion", "cycle", ...(hasBlocksMap(model) ? ["basins"] : [])];
+export function slotsFor(state) {
+  const first = sticksAsOne(state.model) ? ["law"] : ["law", "returns"];
+  if (hasLineMap(state))
+    return [...first, ...(sticksAsOne(state.model) ? ["locus"] : []), ...OF_LINE];
+  return [...first, "motion", "cycle", ...(hasSpaceMap(state) ? ["basins"] : [])];
+}

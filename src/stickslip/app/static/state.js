@@ -8,8 +8,10 @@ import {
   defaultModel,
   hasLaws,
   hasLineMap,
+  isStructure,
   lawsOf,
   parametersOf,
+  slidersOf,
   valueOf,
   withForcing,
   withValue,
@@ -95,7 +97,11 @@ export function completeState(limits, given) {
     t_end: given.t_end ?? 120,
     power: given.power ?? 2,
     max_period: given.max_period ?? 4,
+    section: given.section ?? null,
+    map: given.map ?? null,
+    sliders: given.sliders ?? slidersOf(limits, model),
     diagram: completeAlong(limits, model, given.diagram),
+    large: given.large ?? [],
     windows:
       given.windows ??
       (given.window ? { map: square(given.window), power: square(given.window) } : {}),
@@ -158,9 +164,12 @@ export function toFragment(limits, state) {
     ["along", [parameter, ...range].join(":")],
   ];
   pairs.push(["followed", max_period]);
+  if (state.section) pairs.push(["section", JSON.stringify(state.section)]);
+  if (isStructure(state.model)) pairs.push(["sliders", JSON.stringify(state.sliders)]);
   if (window) pairs.push(["window", window.join(":")]);
   if (view) pairs.push(["diagram", view.join(":")]);
   if (full.join() !== range.join()) pairs.push(["full", full.join(":")]);
+  if (state.large.length) pairs.push(["large", state.large.join(",")]);
   for (const [panel, box] of Object.entries(state.windows)) {
     if (box) pairs.push([`zoom.${panel}`, box.join(":")]);
   }
@@ -168,12 +177,12 @@ export function toFragment(limits, state) {
 }
 
 /** @param {State} state @returns {[string, any][]} */
-const starts = ({ model, d, x, v }) =>
-  hasLineMap(model)
-    ? [["d", d]]
+const starts = (state) =>
+  hasLineMap(state)
+    ? [["d", state.d]]
     : [
-        ["x", x],
-        ["v", v],
+        ["x", state.x],
+        ["v", state.v],
       ];
 
 /**
@@ -183,6 +192,7 @@ const starts = ({ model, d, x, v }) =>
  * @returns {[string, any][]}
  */
 function modelPairs(limits, model) {
+  if (isStructure(model)) return [["model", JSON.stringify(model)]];
   const { friction: _, ...rest } = model;
   const laws = lawsOf(model).flatMap((law, k) =>
     Object.entries(law).map(([key, value]) => [hasLaws(model) ? `${key}_${k + 1}` : key, value]),
@@ -230,8 +240,11 @@ export function fromFragment(limits, fragment) {
     t_end: number(given.get("t_end")),
     power: number(given.get("power")),
     max_period: number(given.get("max_period")),
+    section: parsed(given.get("section")),
+    sliders: parsed(given.get("sliders")) ?? undefined,
     diagram: along(given),
     windows: zooms(given),
+    large: (given.get("large") ?? "").split(",").filter(Boolean),
   });
 }
 
@@ -263,11 +276,17 @@ function modelOf(limits, given) {
  * @returns {Model | null}
  */
 function tableOf(text) {
+  const table = parsed(text);
+  const laws = table ? lawsOf(table) : [];
+  const known = laws.length && laws.every((/** @type {any} */ law) => typeof law?.law === "string");
+  return typeof table?.kind === "string" && known ? table : null;
+}
+
+/** @param {string | undefined} text @returns {any}  null of what is no table */
+function parsed(text) {
   try {
     const table = JSON.parse(text ?? "");
-    const laws = lawsOf(table);
-    const known = laws.length && laws.every((law) => typeof law?.law === "string");
-    return typeof table.kind === "string" && known ? table : null;
+    return typeof table === "object" ? table : null;
   } catch {
     return null;
   }

@@ -48,6 +48,23 @@ export function nth(k) {
   };
 }
 
+/**
+ * What a phase of two blocks adds to the number of a colour: of 563 neighbours on maps of two blocks one
+ * pair had the same.
+ * @type {Record<string, number>}
+ */
+const WEIGHTS = { "-.": 2, ".-": 1, "--": 0, "+.": 3, ".+": 5, "+-": 3, "-+": 6, "++": 5, "..": 0 };
+
+/**
+ * Colour of a branch by its itinerary, or by its label: the same wherever and whenever it is seen.
+ * @param {string} name  `-. -- ..`, or digits
+ */
+export function colorOf(name) {
+  const weight = (/** @type {string} */ phase) =>
+    WEIGHTS[phase] ?? [...phase].reduce((sum, mode) => (31 * sum + mode.charCodeAt(0)) % 65521, 0);
+  return nth(name.split(" ").reduce((sum, phase) => sum + weight(phase), 0) % 7).color;
+}
+
 const media = matchMedia("(prefers-color-scheme: dark)");
 
 /** @param {() => void} onchange */

@@ -13,6 +13,12 @@
  * @property {Range} full  the range to which a double click returns
  * @property {number} max_period  of the orbits followed
  *
+ * @typedef {object} MapTold  which map a model has, as the server says
+ * @property {"line" | "space" | "none" | "unknown"} kind
+ * @property {string} why  there is none, in a sentence
+ * @property {string[]} coordinates  of a point
+ * @property {Range | null} domain
+ *
  * @typedef {object} State  everything that the page shows; kept in the address
  * @property {Model} model
  * @property {number} d  where the motion of two blocks starts: a global stick
@@ -22,7 +28,11 @@
  * @property {number} power  of the second map, f^p
  * @property {number} max_period  of the orbits listed
  * @property {Along} diagram
+ * @property {Record<string, any> | null} section  settings of a return map; null: the library's
+ * @property {MapTold | null} map  of a model without global stick; null: not yet told
+ * @property {Record<string, Range>} sliders  of a structure: what has one, and its ends
  * @property {Record<string, Box | null>} windows  zoomed views, by panel
+ * @property {string[]} large  views presented, by panel; none: all are shown
  *
  * @typedef {object} Parameter  a control, described by the server
  * @property {string} name

@@ -9,11 +9,12 @@ from stickslip.app import requests
 from stickslip.app.requests import Part
 from stickslip.app.views.diagram import diagram
 from stickslip.app.views.event_map import basins, cobweb, event_map
-from stickslip.app.views.model import cycle, law, locus, motion
+from stickslip.app.views.model import cycle, law, locus, motion, returns
 
 __all__ = ["VIEWS", "is_slow"]
 
 VIEWS: Final[dict[type[requests.Request], Callable[[Any], Iterator[Part]]]] = {
+    requests.Returns: returns,
     requests.EventMap: event_map,
     requests.Cobweb: cobweb,
     requests.Motion: motion,

@@ -22,7 +22,7 @@ from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.requests import Part
-from stickslip.app.views.model import chain_map_of, map_of, naming
+from stickslip.app.views.model import map_of, naming, space_map_of
 from stickslip.app.views.section import section
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.app import requests
-    from stickslip.app.views.model import WatchedMap
     from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
 
@@ -64,7 +63,7 @@ def event_map(request: requests.EventMap) -> Iterator[Part]:
         yield _orbits(f, f.model, request.max_period, 1.0)
 
 
-def window_of(f: WatchedMap, request: requests.EventMap) -> tuple[float, float]:
+def window_of(f: Any, request: requests.EventMap) -> tuple[float, float]:
     """Return the window of a view, the domain by default."""
     if request.window is None:
         return f.domain
@@ -73,13 +72,13 @@ def window_of(f: WatchedMap, request: requests.EventMap) -> tuple[float, float]:
         return window
 
 
-def shown_map(f: WatchedMap, request: requests.EventMap) -> Any:
+def shown_map(f: Any, request: requests.EventMap) -> Any:
     """Return the power of the map over the window."""
     g = f if request.power == 1 else f.power(request.power)
     return windowed(g, request.window)
 
 
-def _samples(f: WatchedMap, x: Floats, request: requests.EventMap) -> Part:
+def _samples(f: Any, x: Floats, request: requests.EventMap) -> Part:
     """Sample where motions return soon: the long ones are left to the exact picture."""
     quick = type(f)(f.model, **{**f.settings, "max_events": FIRST_EVENTS})
     found = quick.power(request.power).evaluate(x)
@@ -190,7 +189,7 @@ def cobweb(request: requests.Cobweb) -> Iterator[Part]:
     yield Part("orbit", {"orbit": orbit}, {"end": _end(f, orbit)})
 
 
-def _end(f: WatchedMap, orbit: Floats) -> dict[str, Any]:
+def _end(f: Any, orbit: Floats) -> dict[str, Any]:
     """Tell whether the orbit repeats itself to rounding, or stops, and why."""
     if np.isnan(orbit[-1]):
         last = float(orbit[np.isfinite(orbit)][-1])
@@ -204,8 +203,8 @@ def _end(f: WatchedMap, orbit: Floats) -> dict[str, Any]:
 
 def basins(request: requests.Basins) -> Iterator[Part]:
     """Find the attractors, then the exact edges of their basins; of more blocks a section."""
-    if (blocks := chain_map_of(request)) is not None:
-        yield from section(blocks, request)
+    if (f := space_map_of(request)) is not None:
+        yield from section(f, request)
         return
     f = map_of(request)
     known = attractors(f)

@@ -8,12 +8,17 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from msgspec import to_builtins
 
 from stickslip.analysis.maps.arguments import checked_range
+from stickslip.analysis.maps.derived import LineMap
 from stickslip.app.jobs import checkpoint
-from stickslip.app.requests import BadRequestError, Part, is_ours, model_of, refuse_far
+from stickslip.app.requests import BadRequestError, Part, fastest, is_ours, model_of, refuse_busy
+from stickslip.errors import NoCycleError
+from stickslip.mechanics.cycle.return_map import LineReturnMap, ReturnMap, SectionMap, return_map
+from stickslip.mechanics.cycle.return_map import map_of as map_of_model
 from stickslip.mechanics.cycle.search import find_cycle
-from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap, GlobalStickMap
+from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap, ModelMap
 from stickslip.mechanics.eventmap.records import Outputs
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus as geometry
@@ -21,14 +26,14 @@ from stickslip.mechanics.model import locus as geometry
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import MapFamily
     from stickslip.app import requests
-    from stickslip.app.requests import Diagram, Request
+    from stickslip.app.requests import Diagram, OfMap, Request, Section
     from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.mechanics.eventmap.backend import Backend
     from stickslip.mechanics.eventmap.records import Controls
     from stickslip.mechanics.flow.trajectory import Event, Trajectory
     from stickslip.mechanics.model.arguments import Model
+    from stickslip.mechanics.model.plant import Plant
     from stickslip.numerics.arrays import Floats
 
 
@@ -38,6 +43,8 @@ FIRST: Final = 16  # motions before the second check
 MOST: Final = 4096  # between any two
 MAX_EVENTS: Final = 20_000
 CYCLE_SAMPLES: Final = 2000
+NO_CYCLE: Final = "no cycle was found"
+KNOWN_PLACE: Final = 1e-9  # of its velocity: as which a contact's displacement is recognised
 CODES: Final = np.array([0, 1, 2], dtype=np.uint8)
 """How modes travel: stick, forward (1), backward (-1, the last)."""
 
@@ -99,14 +106,14 @@ class WatchedBackend:
         return self._backend.itinerary(d)
 
 
-class Watched(GlobalStickMap):
-    """An event map whose evaluations end when the answer is no longer wanted."""
+class Watched(ModelMap):
+    """A map whose evaluations end when the answer is no longer wanted."""
 
     def _backend_of(self, controls: Controls) -> Backend:
         return WatchedBackend(super()._backend_of(controls))
 
 
-class WatchedMap(Watched, EventMap):
+class WatchedEventMap(Watched, EventMap):
     """Of two blocks."""
 
 
@@ -114,15 +121,67 @@ class WatchedBlocksMap(Watched, BlocksEventMap):
     """Of more."""
 
 
-def watched_map(model: Model, **settings: Any) -> WatchedMap:
-    """Make the event map of a model; with one thread: other users need the others."""
-    return WatchedMap(model, threads=1, **settings)
+class WatchedLineReturnMap(Watched, LineReturnMap):
+    """Of a contact, one number a point."""
+
+
+class WatchedReturnMap(Watched, ReturnMap):
+    """Of a contact."""
+
+
+WATCHED: Final[dict[type, Any]] = {
+    base: cls for cls in Watched.__subclasses__() for base in cls.__bases__ if base is not Watched
+}
+PATIENCE: Final = 1e4  # times the inverse of the fastest rate: how long a return is waited for
+
+
+def any_map(request: OfMap) -> Any:
+    """Make the map of a model, whatever its dimension; with one thread: other users need them."""
+    model, section = model_of(request), request.section
+    with naming("model" if section is None else "section"):
+        if section is None:
+            f = map_of_model(model, threads=1)
+        else:
+            f = return_map(model, threads=1, **settings_of(section))
+        patience = {"max_time": PATIENCE / fastest(model)} if isinstance(f, SectionMap) else {}
+        return watched(f, **patience)
+
+
+def watched(f: Any, **changes: Any) -> Any:
+    """Make a map whose work can be called off from one that goes on."""
+    return WATCHED[type(f)](f.model, **{**f.settings, **changes})
+
+
+def settings_of(section: Section) -> dict[str, Any]:
+    """Keyword arguments of a return map."""
+    return {name: value for name, value in to_builtins(section).items() if value is not None}
+
+
+def is_of_line(f: Any) -> bool:
+    """Whether a map is one of the line."""
+    return isinstance(f, LineMap)
+
+
+def map_of(request: OfMap) -> Any:
+    """Make the map of the line that a model has."""
+    if is_of_line(f := any_map(request)):
+        return f
+    raise BadRequestError(
+        f"kind = {request.model['kind']!r}: this view is of a map of the line; that of this model "
+        f"has {f.dimension} numbers.",
+        "model.kind",
+    )
+
+
+def space_map_of(request: OfMap) -> Any:
+    """Make the map of the plane or of more dimensions that a model has; None of other models."""
+    return None if is_of_line(f := any_map(request)) else f
 
 
 def two_blocks(request: Request) -> Model:
     """Make the model of a view that only two blocks have, which are not forced."""
     model = model_of(request)
-    if model.n_blocks == 2 and model.forcing is None:
+    if model.plant.rubs_as_one and model.n_blocks == 2 and not model.plant.n_waves:
         return model
     raise BadRequestError(
         f"kind = {request.model['kind']!r}: this view is of two blocks without forcing, whose "
@@ -131,26 +190,40 @@ def two_blocks(request: Request) -> Model:
     )
 
 
-def chain_map_of(request: Request) -> WatchedBlocksMap | None:
-    """Make the event map of three blocks or more that are not forced; None of other models."""
-    model = model_of(request)
-    if model.n_blocks < 3 or model.forcing is not None:
-        return None
-    with naming("model"):
-        return WatchedBlocksMap(model, threads=1)
+def returns(request: requests.Returns) -> Iterator[Part]:
+    """Tell which map a model has, what its points are, and why there is none."""
+    yield Part("returns", data=told_map(request))
 
 
-def map_of(request: Request) -> WatchedMap:
-    """Make the event map of the model."""
-    with naming("model"):
-        return watched_map(two_blocks(request))
+def told_map(request: OfMap) -> dict[str, Any]:
+    """Kind of the map, its coordinates, its domain where it is known, and a sentence if none."""
+    try:
+        f = any_map(request)
+    except BadRequestError as error:
+        if error.field.startswith("model."):
+            raise
+        subject, has, rest = str(error).partition(" has ")
+        why = f"This model{has}{rest}" if subject.startswith("model = ") else str(error)
+        return {"kind": "none", "why": why, "coordinates": [], "domain": None}
+    of_contact = isinstance(f, SectionMap)
+    names = list(f.coordinates) if of_contact else ["d"] * f.dimension
+    told = {"kind": "space", "why": "", "coordinates": names, "domain": None}
+    if is_of_line(f):
+        try:
+            return told | {"kind": "line", "domain": f.domain}
+        except ValueError as error:
+            return told | {"kind": "none", "why": str(error)}
+    if of_contact and f.domain is None:
+        why = f"The map has {f.dimension} numbers: give a range for each to see its basins."
+        return told | {"kind": "none", "why": why}
+    return told
 
 
-def range_of(f: MapFamily, request: Diagram) -> tuple[float, float]:
+def range_of(f: Any, request: Diagram) -> tuple[float, float]:
     """Return the ends of a diagram's range, checked."""
     with naming("range" if request.parameter in f.parameters else "parameter"):
         for end in request.range:
-            refuse_far({request.parameter: end})
+            refuse_busy(f.model.replace(**{request.parameter: end}))
         return checked_range(f, request.parameter, request.range)
 
 
@@ -202,8 +275,7 @@ def motion(request: requests.Motion) -> Iterator[Part]:
     arrays = sampled(found, request.samples) | {"d": found.d}
     data = {
         "events": events(found.events),
-        "V": model.V,
-        "limits": model.limits,
+        **assembly(model),
         "status": int(found.status),
         "message": found.message,
         "t_end": found.t[-1],
@@ -212,8 +284,14 @@ def motion(request: requests.Motion) -> Iterator[Part]:
 
 
 def cycle(request: requests.Cycle) -> Iterator[Part]:
-    """Follow a motion onto its limit cycle."""
-    found = found_cycle(request)
+    """Follow a motion onto its limit cycle, or tell why there is none."""
+    try:
+        found = found_cycle(request)
+    except BadRequestError as error:
+        if not str(error).startswith(NO_CYCLE):
+            raise
+        yield Part("cycle", data={"why": str(error)})
+        return
     data = {
         "period": found.period,
         "multipliers": [complex(value) for value in found.multipliers],
@@ -221,35 +299,43 @@ def cycle(request: requests.Cycle) -> Iterator[Part]:
         "events": events(found.events),
         "d": found.d,
         "residual": found.residual,
-        "V": found.model.V,
     }
     yield Part("cycle", sampled(found.trajectory, CYCLE_SAMPLES), data)
 
 
 def simulated(request: requests.Motion) -> Trajectory:
     """Follow the motion of a request."""
-    model = model_of(request)
     with naming(_start_field(request)):
-        start = start_of(model, request)
+        model, start = start_of(request)
         return simulate(model, **start, t_end=request.t_end, max_events=MAX_EVENTS)
 
 
 def found_cycle(request: requests.Cycle) -> Cycle:
     """Find the limit cycle of a request."""
-    model = model_of(request)
     with naming(_start_field(request)):
-        x, v = _state_of(model, start_of(model, request))
-        return find_cycle(model, x, v, max_events=request.max_events)
+        model, start = start_of(request)
+        x, v = _state_of(model, start)
+        try:
+            return find_cycle(model, x, v, max_events=request.max_events)
+        except NoCycleError as none:  # the start is not to blame
+            raise BadRequestError(str(none)) from none
 
 
-def start_of(model: Model, request: requests.Start) -> dict[str, Any]:
-    """Return the start, a global stick phase or a state, as `stickslip.simulate` takes it."""
+def start_of(request: requests.Start) -> tuple[Model, dict[str, Any]]:
+    """Model and start, a global stick phase or a state, as `stickslip.simulate` takes them.
+
+    From a point of a return map the phases of forces are those at that point.
+    """
     if (request.d is None) == (request.x is None) or (request.x is None) != (request.v is None):
-        raise BadRequestError("give either d, a global stick phase, or both x and v, a state", "d")
+        raise BadRequestError("give either d, a point of the map, or both x and v, a state", "d")
+    model = model_of(request)
     if request.d is None:
-        return {"x": list(request.x or ()), "v": list(request.v or ())}
+        return model, {"x": list(request.x or ()), "v": list(request.v or ())}
+    if isinstance(f := any_map(request), SectionMap):
+        model, x, v = f.begun(request.d)
+        return model, {"x": x.tolist(), "v": v.tolist()}
     if isinstance(request.d, float) == (model.n_blocks == 2):
-        return {"d": request.d if isinstance(request.d, float) else list(request.d)}
+        return model, {"d": request.d if isinstance(request.d, float) else list(request.d)}
     raise BadRequestError(
         "d is a number for two blocks, else a list of one per pair of blocks", "d"
     )
@@ -271,24 +357,101 @@ def sampled(found: Trajectory, samples: int) -> dict[str, NDArray[Any]]:
     """Sample a motion at even times and at every event."""
     t = np.union1d(np.linspace(0.0, found.t[-1], samples), found.t)
     phase = np.minimum(np.searchsorted(found.t, t, side="right") - 1, len(found.modes) - 1)
-    x = found.x(t)
+    x, v = found.x(t), found.v(t)
+    sticks = found.modes[phase] == 0
+    u, w = at_contacts(found.model, t, x, v, sticks)
+    limit = found.model.plant.limits(x, v)
+    own = {} if found.model.plant.rubs_as_one else {"u": u, "w": w, "limit": limit}
     return {
         "t": t,
         "x": x,
-        "v": found.v(t),
+        "v": v,
+        **own,
         "mode": CODES[found.modes[phase]],
         "force": found.friction(t),
-        "interval": _stick_intervals(found, t, x),
+        "interval": _stick_intervals(found, t, u),
     }
 
 
-def _stick_intervals(found: Trajectory, t: Floats, x: Floats) -> Floats:
-    """Where each block could ride while the others stand where they are, shape (n, N, 2)."""
-    model = found.model
-    stiffness = np.diag(model.plant.stiffness)
-    needed, limits = found.needed_force(t), np.asarray(model.limits)
+def at_contacts(
+    model: Model, t: Floats, x: Floats, v: Floats, sticks: NDArray[np.bool_]
+) -> tuple[Floats, Floats]:
+    """Displacements and velocities of the contacts, shape (n, m)."""
+    # One whose displacement is no function of the state goes on about its mean velocity.
+    plant = model.plant
+    if plant.n_positions:
+        return x @ plant.out.T, v @ plant.out.T
+    w = x @ plant.out.T
+    rates = np.concatenate([-plant.damping.T, plant.into.T, plant.force[None]])
+    wanted = np.zeros((len(rates), plant.n_contacts))
+    wanted[: len(plant.out.T)] = plant.out.T
+    places = np.linalg.lstsq(rates, wanted)[0]
+    off = np.abs(rates @ places - wanted).max(axis=0)
+    steps = np.diff(t)[:, None] * 0.5 * (w[1:] + w[:-1])
+    way = np.concatenate([np.zeros((1, w.shape[1])), np.cumsum(steps, axis=0)])
+    about = np.stack([_steady(t, *each) for each in zip(way.T, sticks.T, strict=True)], axis=-1)
+    return np.where(off <= KNOWN_PLACE * np.abs(plant.out).max(), x @ places, about), w
+
+
+def _steady(t: Floats, way: Floats, sticks: NDArray[np.bool_]) -> Floats:
+    """Take off the mean velocity, between landings late in the motion if there are any."""
+    landings = np.flatnonzero(sticks[1:] & ~sticks[:-1]) + 1
+    late = landings[t[landings] >= 0.5 * t[-1]]
+    first, last = (late[0], late[-1]) if len(late) > 1 else (0, len(t) - 1)
+    if t[last] == t[first]:
+        return way
+    return np.asarray(way - t * (way[last] - way[first]) / (t[last] - t[first]))
+
+
+def _stick_intervals(found: Trajectory, t: Floats, u: Floats) -> Floats:
+    """Where each contact could stick if it alone were moved, shape (n, m, 2); NaN: anywhere."""
+    plant = found.model.plant
+    r, n_q = plant.reduced, plant.n_positions
+    rows = r.matrix[r.n_free : r.n_free + plant.n_contacts, r.n_waves : r.n_waves + n_q]
+    lead = plant.lead(plant)[:n_q]
+    stiffness = np.einsum("mq,qm->m", rows, lead) if n_q else np.zeros(plant.n_contacts)
+    stiffness[(stiffness <= 0.0) | plant.is_coupled] = np.nan
+    needed, limits = found.needed_force(t), plant.limits(found.x(t), found.v(t))
     room = np.stack([-limits - needed, limits - needed], axis=-1)
-    return np.asarray(x[..., None] + room / stiffness[:, None])
+    return np.asarray(u[..., None] + room / stiffness[:, None])
+
+
+def assembly(model: Model) -> dict[str, Any]:
+    """List what a model is made of, as it is drawn: bodies, springs between them, contacts.
+
+    A spring has the numbers of its bodies from 0, the second -1 of one to the ground. A contact
+    has those that it joins; there are no bodies where one acts on something else.
+    """
+    plant = model.plant
+    n = plant.n_bodies
+    contacts = [
+        {"bodies": _joined(plant.out[k], k in plant.elastic, plant), "V": plant.V[k]}
+        | {"limit": plant.static[k], "elastic": k in plant.elastic}
+        for k in range(plant.n_contacts)
+    ]
+    if not plant.n_positions or not all(contact["bodies"] for contact in contacts):
+        alone = [contact | {"bodies": []} for contact in contacts]
+        return {"bodies": 0, "springs": [], "contacts": alone}
+    stiffness = 0.5 * (plant.stiffness + plant.stiffness.T)[:n]
+    dust = 1e-12 * np.abs(stiffness).max(initial=0.0)
+    rows = [(i, j, -stiffness[i, j]) for i in range(n) for j in range(i + 1, n)]
+    rows += [(i, -1, row.sum()) for i, row in enumerate(stiffness)]
+    springs = [[i, j, k] for i, j, k in rows if abs(k) > dust]
+    return {"bodies": n, "springs": springs, "contacts": contacts}
+
+
+def _joined(row: Floats, is_elastic: bool, plant: Plant) -> list[int]:
+    """Numbers of the bodies that a contact joins; one: it rubs on a belt; none: on other things."""
+    if is_elastic:  # its foot stretches a spring to where it acts
+        row = -plant.stiffness[int(np.flatnonzero(row)[0])] * (np.arange(len(row)) < plant.n_bodies)
+        row = row / np.abs(row).max()
+    at = np.flatnonzero(row)
+    match sorted(row[at].tolist()):
+        case [1.0]:
+            return at.tolist()
+        case [-1.0, 1.0]:
+            return [int(np.argmax(row)), int(np.argmin(row))]
+    return []
 
 
 def events(found: tuple[Event, ...]) -> list[dict[str, Any]]:

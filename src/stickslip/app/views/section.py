@@ -1,4 +1,4 @@
-"""Basins of three blocks or more: the plane of the first two differences, on finer grids."""
+"""Basins of maps of more than one dimension: the plane of the first two numbers, on finer grids."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import AttractorND
     from stickslip.app import requests
-    from stickslip.app.views.model import WatchedBlocksMap
 
 COARSE, FINE = 16, 64  # points along a side, one picture after the other
 SPREAD: Final = 2048  # points of the domain whose extremes bound the picture
 POINTS: Final = 400  # of an attractor
 
 
-def section(f: WatchedBlocksMap, request: requests.Basins) -> Iterator[Part]:
+def section(f: Any, request: requests.Basins) -> Iterator[Part]:
     """Find the attractors, then who is attracted where: evidence, with its numbers."""
     known = attractors(f)
     plane = f.dimension == 2
@@ -59,7 +58,7 @@ def sides_of(request: requests.Basins) -> list[int]:
     return [side for side in (COARSE,) if side < most] + [most]
 
 
-def grid_of(f: WatchedBlocksMap, side: int) -> list[Any]:
+def grid_of(f: Any, side: int) -> list[Any]:
     """Return the plane of the first two differences; the others are 0."""
     x = f.spread(SPREAD)[:, :2]
     ends = zip(x.min(axis=0).tolist(), x.max(axis=0).tolist(), strict=True)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from stickslip.mechanics.eventmap.backend import Backend
     from stickslip.mechanics.eventmap.records import Section
     from stickslip.mechanics.flow.blocks.system import BlockDirections
     from stickslip.mechanics.flow.trajectory import Trajectory
@@ -124,7 +125,7 @@ class SectionMap(ModelMap):
             model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads
         )
 
-    def _backend_of(self, controls: Controls) -> ReturnBackend:
+    def _backend_of(self, controls: Controls) -> Backend:
         return ReturnBackend(self, controls)
 
     # --- what it is -----------------------------------------------------------------------
@@ -188,16 +189,22 @@ class SectionMap(ModelMap):
         duration = self.evaluate(d).duration
         return np.asarray(duration / self.chart.section.period)[..., None]
 
-    def slip_from(self, d: ArrayLike, max_events: int) -> Trajectory:
-        """Follow the motion from a point to the next one."""
+    def begun(self, d: ArrayLike) -> tuple[Model, Floats, Floats]:
+        """Return a model with the phases of its forces at a point, and displacements, velocities.
+
+        What `simulate` takes to follow the motion from there on.
+        """
         x, v, t = self.state(d)
         moved = {
             f"{name}.phase": wave.phase + wave.frequency * t
             for name, (wave, _) in self.model._waves.items()
         }
-        found = self.evaluate(d)
-        end = float(np.ravel(found.duration)[0])
-        model = self.model.replace(**moved)
+        return self.model.replace(**moved), x, v
+
+    def slip_from(self, d: ArrayLike, max_events: int) -> Trajectory:
+        """Follow the motion from a point to the next one."""
+        model, x, v = self.begun(d)
+        end = float(np.ravel(self.evaluate(d).duration)[0])
         return simulate(model, x, v, t_end=end, max_events=max_events, rtol=self.rtol)
 
 

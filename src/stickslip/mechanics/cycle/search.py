@@ -120,13 +120,19 @@ class _Search:
         self.plain = Shooter(model, rtol=rtol, tangents=False)
         self.shooter = Shooter(model, rtol=rtol)
         rates = np.abs(linear_modes(model).values)
-        self.slowest = 2.0 * np.pi / rates[rates > STILL * rates.max()].min()
+        moving = rates[rates > STILL * rates.max()]
+        self.slowest = 2.0 * np.pi / moving.min() if moving.size else np.inf
         self.size = size_of(model.plant)
         self.felt = model.plant.felt
 
     # --- autonomous models: from event to event -----------------------------------------------
 
     def free(self, x: Floats, v: Floats, max_events: int) -> Cycle:
+        if not np.isfinite(self.slowest):
+            raise ValueError(
+                "no cycle was found from this state: nothing but friction acts on the masses, "
+                "which come to rest or go on together."
+            )
         shot = slip_cycle(self.model, self.plain.start(x, v), rtol=self.plain.rtol)
         if shot is not None:
             return cycle_of(shot)

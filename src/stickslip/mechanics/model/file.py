@@ -321,19 +321,24 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     """Read a TOML file; ValueError names file and line of what is wrong."""
     text = read_text(path)
     with within(f"{path}: "):
-        if found := LONG_KEY.search(text):
-            line = text.count("\n", 0, found.start()) + 1
-            raise ValueError(f"{TOO_DEEP}: more than {MOST_NESTED} dots in a key, line {line}")
-        try:
-            table = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise ValueError(f"not TOML: {error}") from None
-        except ValueError:
-            raise ValueError("not TOML: a whole number of more than 4300 digits") from None
-        except RecursionError:
-            raise ValueError(TOO_DEEP) from None
-        _refuse_deep(table)
-        return table
+        return toml_of(text)
+
+
+def toml_of(text: str) -> dict[str, Any]:
+    """Read a TOML document; ValueError names the line of what is wrong."""
+    if found := LONG_KEY.search(text):
+        line = text.count("\n", 0, found.start()) + 1
+        raise ValueError(f"{TOO_DEEP}: more than {MOST_NESTED} dots in a key, line {line}")
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"not TOML: {error}") from None
+    except ValueError:
+        raise ValueError("not TOML: a whole number of more than 4300 digits") from None
+    except RecursionError:
+        raise ValueError(TOO_DEEP) from None
+    _refuse_deep(table)
+    return table
 
 
 def _refuse_deep(table: dict[str, Any]) -> None:

@@ -3,18 +3,26 @@
  *
  * @import {App} from "../app.js"
  * @import {Part} from "../types.js"
+ * @import {Plot} from "../plot.js"
  */
-import { Labels, mark } from "../marks.js";
+import { mark } from "../marks.js";
+import { coordinateOf, sticksAsOne } from "../model.js";
 import { listed, short } from "../numbers.js";
-import { colors, nth } from "../theme.js";
+import { SANS, colors, nth } from "../theme.js";
 import { View } from "./view.js";
 
+/** Labels of starts that end on no attractor. @type {[number, string][]} */
+const REST = [
+  [-2, "never stick together again"],
+  [-1, "stay undecided"],
+];
+
 export class BasinsView extends View {
-  /** @param {App} app */
-  constructor(app) {
+  /** @param {App} app @param {Plot} above  of the map */
+  constructor(app, above) {
     const help = "Which attractor a motion from each d ends on. Click to start one.";
     super(app, { id: "basins", title: "Basins", help, slots: ["basins"], export: "basins" });
-    const plot = this.addPlot({ name: help, xlabel: "d", ylabel: "", bare: true, left: 58 });
+    const plot = this.addPlot({ name: help, xlabel: "d", ylabel: "", bare: true, left: 58, above });
     this.plot = plot;
     plot.paint = () => this.paint();
     plot.paintOver = () => plot.vertical(app.state.d, { color: colors().ink, width: 1.5 });
@@ -41,6 +49,7 @@ export class BasinsView extends View {
     const { edges } = this.part?.arrays ?? {};
     const whole = edges ? [edges[0], edges[edges.length - 1]] : [-1, 1];
     const [low, high] = this.app.state.windows.map ?? this.app.domain() ?? whole;
+    this.plot.options.xlabel = coordinateOf(this.app.state);
     this.plot.setView([low, high, 0, 1]);
   }
 
@@ -48,21 +57,28 @@ export class BasinsView extends View {
   sentence() {
     const shares = this.shares();
     if (!shares) return "";
-    const parts = this.attractors.map((one, k) => `${percent(shares[k])} end on ${name(one)}`);
-    const rest = 1 - shares.reduce((sum, share) => sum + share, 0);
-    if (!parts.length)
-      return "No attractor is known: from no start do the blocks go on sticking together.";
-    if (rest > 5e-4) parts.push(`${percent(rest)} on none known`);
-    return `Of all starts d ${listed(parts)}.`;
+    if (!this.attractors.length)
+      return sticksAsOne(this.app.state.model)
+        ? "No attractor is known: from no start do the blocks go on sticking together."
+        : "No attractor is known: from no start does the motion go on returning.";
+    const ends = this.attractors.map((one, k) => ({ share: shares[k], what: `end on ${name(one)}` }));
+    const rest = sticksAsOne(this.app.state.model) ? REST : [[-2, "never return"], REST[1]];
+    const told = [...ends, ...rest.map(([label, what]) => ({ share: shares[Number(label)] ?? 0, what }))]
+      .filter(({ share }) => share > 5e-4)
+      .map(({ share, what }) => `${percent(share)} ${what}`);
+    const d = coordinateOf(this.app.state).replace("_", "");
+    return `Of ${this.app.state.windows.map ? `the starts ${d} shown` : `all starts ${d}`} ${listed(told)}.`;
   }
 
-  /** Of the whole domain. */
+  /** Of what is shown, by label. */
   shares() {
     if (!this.part) return null;
     const { edges, label } = this.part.arrays;
-    const shares = this.attractors.map(() => 0);
+    const [low, high] = this.plot.view;
+    const ends = [...edges].map((edge) => Math.min(high, Math.max(low, edge)));
+    /** @type {Record<number, number>} */ const shares = {};
     label.forEach((/** @type {number} */ k, /** @type {number} */ at) => {
-      if (k >= 0) shares[k] += (edges[at + 1] - edges[at]) / (edges[edges.length - 1] - edges[0]);
+      shares[k] = (shares[k] ?? 0) + (ends[at + 1] - ends[at]) / (ends[ends.length - 1] - ends[0]);
     });
     return shares;
   }
@@ -74,15 +90,34 @@ export class BasinsView extends View {
     label.forEach((/** @type {number} */ k, /** @type {number} */ at) =>
       this.#band(edges[at], edges[at + 1], k),
     );
-    const labels = new Labels(plot);
-    this.attractors.forEach((attractor) => {
+    this.attractors.forEach((attractor, k) => {
       const points = attractor.points ?? [];
-      for (const x of points) mark(plot, "disc", x, 0.3, { size: 3.5 });
+      for (const x of points) mark(plot, "disc", x, 0.22, { size: 3.5 });
       for (const [low, high] of attractor.bands ?? [])
-        plot.segment(low, 0.3, high, 0.3, { width: 5 });
-      const at = points[0] ?? attractor.bands?.[0]?.[0];
-      if (at !== undefined) labels.place(name(attractor), at, 0.45);
+        plot.segment(low, 0.22, high, 0.22, { width: 5 });
+      this.#name(name(attractor), k);
     });
+  }
+
+  /** A name in the widest band shown. @param {string} text @param {number} k */
+  #name(text, k) {
+    const { plot } = this;
+    const { context, left, right, top } = plot;
+    const { edges, label } = /** @type {Part} */ (this.part).arrays;
+    let [from, to] = [0, 0];
+    label.forEach((/** @type {number} */ one, /** @type {number} */ at) => {
+      const [a, b] = [Math.max(left, plot.x(edges[at])), Math.min(right, plot.x(edges[at + 1]))];
+      if (one === k && b - a > to - from) [from, to] = [a, b];
+    });
+    context.font = `600 11px ${SANS}`;
+    if (to - from < context.measureText(text).width + 8) return;
+    context.textAlign = "center";
+    context.textBaseline = "top";
+    context.lineWidth = 3;
+    context.strokeStyle = colors().panel;
+    context.fillStyle = colors().ink;
+    context.strokeText(text, (from + to) / 2, top + 3);
+    context.fillText(text, (from + to) / 2, top + 3);
   }
 
   /** A band of one colour; every second attractor is hatched as well. */
@@ -101,7 +136,7 @@ export class BasinsView extends View {
     context.rect(left, top, right - left, bottom - top);
     context.clip();
     context.beginPath();
-    for (let x = Math.floor((left - 60) / 7) * 7; x < right; x += 7) {
+    for (let x = Math.floor((left - bottom + top) / 7) * 7; x < right; x += 7) {
       context.moveTo(x, bottom);
       context.lineTo(x + bottom - top, top);
     }
@@ -120,7 +155,7 @@ export class BasinsView extends View {
     let at = label.length - 1;
     while (at > 0 && edges[at] > x) at--;
     const attractor = this.attractors[label[at]];
-    const who = attractor ? name(attractor) : label[at] === -2 ? "no return" : "undecided";
+    const who = attractor ? name(attractor) : label[at] === -2 ? "no further common stick" : "undecided";
     return `d = ${short(x, 7)}: ${who}\nfrom ${short(edges[at], 8)} to ${short(edges[at + 1], 8)}`;
   }
 }

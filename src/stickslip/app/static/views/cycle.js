@@ -4,7 +4,8 @@
  * @import {App} from "../app.js"
  */
 import { element } from "../dom.js";
-import { short } from "../numbers.js";
+import { mapOf, sticksAsOne } from "../model.js";
+import { listed, short } from "../numbers.js";
 import { View } from "./view.js";
 
 export class CycleView extends View {
@@ -24,16 +25,21 @@ export class CycleView extends View {
   /** @override */
   sentence() {
     const cycle = this.answer("cycle")?.parts[0]?.data;
+    if (cycle?.why) return "From this start no cycle is reached.";
     return cycle
-      ? `The motion ends on a ${cycle.stable ? "stable" : "unstable"} cycle that repeats every ${short(cycle.period, 4)}.`
+      ? `The motion ends on ${cycle.stable ? "a stable" : "an unstable"} cycle that repeats every ${short(cycle.period, 4)}.`
       : "";
   }
 
   update() {
     const answer = this.answer("cycle");
     const cycle = answer?.parts[0]?.data;
-    if (!cycle)
-      return this.table.replaceChildren(element("p", { class: "quiet" }, this.emptyText("cycle")));
+    const { kind, why, coordinates } = mapOf(this.app.state);
+    const has = `has ${coordinates.length} numbers, ${listed(coordinates)}: see Basins`;
+    const map = kind === "unknown" ? [] : [["return map", kind === "space" ? has : `none. ${why}`]];
+    const ours = sticksAsOne(this.app.state.model) ? [] : map;
+    if (cycle?.why) return this.table.replaceChildren(rowsOf([["cycle", cycle.why], ...ours]));
+    if (!cycle) return this.table.replaceChildren(rowsOf([["cycle", this.emptyText("cycle")], ...ours]));
     const lines = [
       ["period", short(cycle.period, 10)],
       ["stability", cycle.stable ? "stable" : "unstable"],
@@ -43,12 +49,18 @@ export class CycleView extends View {
         "events",
         cycle.events.map((/** @type {any} */ { block, kind }) => `${block}: ${kind}`).join(", "),
       ],
+      ...ours,
     ];
-    const rows = lines.map(([name, value]) =>
-      element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)),
-    );
-    this.table.replaceChildren(element("table", {}, element("tbody", {}, ...rows)));
+    this.table.replaceChildren(rowsOf(lines));
   }
+}
+
+/** A table of names and what is said of them. @param {string[][]} lines */
+function rowsOf(lines) {
+  const rows = lines.map(([name, value]) =>
+    element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)),
+  );
+  return element("table", {}, element("tbody", {}, ...rows));
 }
 
 /** @param {[number, number] | number} value */

@@ -3,15 +3,18 @@
  *
  * @import {App} from "../app.js"
  * @import {Box, Numbers, Part} from "../types.js"
+ * @import {Strand} from "../strands.js"
  */
 import { BIFURCATIONS, Labels, mark } from "../marks.js";
-import { bifurcationThings, told, under } from "../objects.js";
-import { short } from "../numbers.js";
+import { noStrands, strands } from "../strands.js";
+import { AWAY, bifurcationThings, told, under } from "../objects.js";
+import { coordinateOf } from "../model.js";
+import { short, spelled } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
 
 /** A symbol as text. @param {string} symbol */
-const plain = (symbol) => symbol.replace(/_\{?(\w+)\}?/, "$1").replace("Vdr", "V");
+const plain = (symbol) => symbol.replace(/_\{?([\w,]+)\}?/, "$1").replace("Vdr", "V");
 
 export class DiagramView extends View {
   /** @param {App} app */
@@ -25,6 +28,7 @@ export class DiagramView extends View {
       slots: ["diagram"],
       export: "diagram",
     });
+    this.linked = { part: /** @type {Part | undefined} */ (undefined), strands: noStrands };
     const plot = this.addPlot({ name: help, xlabel: "", ylabel: "d" });
     this.plot = plot;
     plot.paint = () => this.paint();
@@ -47,6 +51,7 @@ export class DiagramView extends View {
   update() {
     const { diagram } = this.app.state;
     this.plot.options.xlabel = this.app.symbol(diagram.parameter);
+    this.plot.options.ylabel = coordinateOf(this.app.state);
     const vertical = diagram.view ?? diagram.window ?? this.extent();
     this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
   }
@@ -60,7 +65,7 @@ export class DiagramView extends View {
     if (!bifurcations.length) return `${here}: nothing changes in this range.`;
     const ahead = bifurcations.filter(({ value }) => value > app.parameter);
     const next = ahead[0] ?? bifurcations.at(-1);
-    return `${here}; ${ahead[0] ? `next on the right, at ${short(next.value, 8)}` : `behind, at ${short(next.value, 8)}`}: ${next.kind.replaceAll("_", " ")}${next.mechanism ? `, ${next.mechanism}` : ""}.`;
+    return `${here}; ${ahead[0] ? `next on the right, at ${short(next.value, 8)}` : `behind, at ${short(next.value, 8)}`}: ${next.kind.replaceAll("_", " ")}${next.mechanism ? `, ${spelled(next.mechanism).split(AWAY)[0]}` : ""}.`;
   }
 
   /** @returns {Part | undefined} */
@@ -103,17 +108,31 @@ export class DiagramView extends View {
     data.breakpoints.forEach((/** @type {any} */ _, /** @type {number} */ k) => {
       plot.line(arrays.value, arrays[`break_${k}`], { color: of.muted, dash: [6, 4], width: 1 });
     });
+    const wide = this.column;
     for (const [value, d] of this.dots)
-      plot.dots(value, d, { color: of.blue, size: 1.3, alpha: 0.45 });
+      plot.dots(value, d, { color: of.blue, size: 1.3, alpha: 0.45, wide });
     data.orbits.forEach((/** @type {any} */ orbit, /** @type {number} */ k) => {
       this.#orbit(arrays.value, arrays[`points_${k}`], arrays[`multiplier_${k}`], orbit);
     });
-    const infinite = this.parts.find(
-      ({ data }) => data.part_name === "infinitely_unstable",
-    )?.arrays;
-    if (infinite)
-      plot.dots(infinite.value, infinite.d, { color: of.purple, size: 2.2, alpha: 0.8 });
+    for (const { xs, ys } of this.throughJumps)
+      if (xs.length > 1) plot.line(xs, ys, { color: of.purple, width: 1, dash: [5, 2] });
+      else plot.dots(xs, ys, { color: of.purple, size: 2.2 });
     this.#marks();
+  }
+
+  /** Pixels from one value with dots to the next: dots as wide as that leave no gaps. */
+  get column() {
+    const values = [...new Set(this.dots.flatMap(([some]) => [...some]))].sort((a, b) => a - b);
+    const [first, last] = [this.plot.x(values[0]), this.plot.x(values[values.length - 1])];
+    return values.length > 1 ? (last - first) / (values.length - 1) : 0;
+  }
+
+  /** Curves of the orbits through a jump. @returns {Strand[]} */
+  get throughJumps() {
+    const part = this.parts.find(({ data }) => data.part_name === "infinitely_unstable");
+    if (part !== this.linked.part)
+      this.linked = { part, strands: part ? strands(part.arrays, this.bifurcations) : [] };
+    return this.linked.strands;
   }
 
   /**
@@ -185,7 +204,7 @@ export class DiagramView extends View {
   read(x, y) {
     const thing = this.thing(x, y);
     if (thing) return told(thing);
-    return `${this.app.state.diagram.parameter} = ${short(x, 7)}, d = ${short(y, 5)}`;
+    return `${this.app.state.diagram.parameter} = ${short(x, 7)}, ${coordinateOf(this.app.state).replace("_", "")} = ${short(y, 5)}`;
   }
 
   resetZoom() {

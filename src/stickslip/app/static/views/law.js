@@ -67,15 +67,13 @@ export class LawView extends View {
     const k = clock.index();
     const data = clock.motion?.parts[0]?.data;
     if (k < 0 || !data) return;
-    const { v, force, mode } = clock.arrays;
-    data.limits.forEach((/** @type {number} */ limit, /** @type {number} */ block) => {
-      const at = k * data.limits.length + block;
+    const { w, force, mode, limit } = clock.arrays;
+    data.contacts.forEach((/** @type {any} */ contact, /** @type {number} */ which) => {
+      const at = k * data.contacts.length + which;
       const rides = mode[at] === 0;
       const color = rides ? colors().stick : colors().slip;
-      mark(this.plot, rides ? "disc" : "ring", v[at] - data.V, force[at] / limit, {
-        color,
-        size: 4.5,
-      });
+      const share = force[at] / (limit ? limit[at] : contact.limit);
+      mark(this.plot, rides ? "disc" : "ring", w[at] - contact.V, share, { color, size: 4.5 });
     });
   }
 

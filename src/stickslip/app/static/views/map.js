@@ -1,13 +1,14 @@
 /**
  * The event map, or a power of it: branches, breakpoints, orbits, cobweb.
  *
- * @import {App, Answer} from "../app.js"
+ * @import {App} from "../app.js"
  * @import {Orbit, Part, State, Box} from "../types.js"
  */
 import { Labels, mark, orbitName, orbitShape } from "../marks.js";
+import { coordinateOf, sticksAsOne } from "../model.js";
 import { modeBar } from "../modes.js";
-import { breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
-import { colors, nth } from "../theme.js";
+import { AWAY, breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
+import { colorOf, colors } from "../theme.js";
 import { listed, nearest, short } from "../numbers.js";
 import { View } from "./view.js";
 
@@ -29,10 +30,9 @@ export class MapView extends View {
     });
     this.slot = slot;
     this.main = main;
-    /** Branches of one itinerary have one label, and one colour. @type {string[]} */
-    this.labels = [];
     const ylabel = main ? "d_{n+1}" : "d_{n+2}";
-    const plot = this.addPlot({ name: help, xlabel: "d_n", ylabel, left: main ? LEFT : undefined });
+    const look = main ? { left: LEFT, square: true } : {};
+    const plot = this.addPlot({ name: help, xlabel: "d_n", ylabel, ...look });
     this.plot = plot;
     plot.paint = () => this.paint();
     plot.paintOver = () => this.paintOver();
@@ -59,42 +59,59 @@ export class MapView extends View {
 
   update() {
     const { state } = this.app;
+    const name = coordinateOf(state);
+    const after = (/** @type {string} */ step) => name.replace(/_?(\d*)$/, (_, k) => `_{${k && `${k},`}${step}}`);
+    const ofBlocks = sticksAsOne(state.model);
+    Object.assign(this.plot.options, { xlabel: after("n"), ylabel: after("n+1") });
+    if (this.main) this.panel.title.textContent = ofBlocks ? "Event map" : "Return map";
     if (!this.main) {
       this.panel.title.replaceChildren(
         "Map f",
         Object.assign(document.createElement("sup"), { textContent: String(state.power) }),
       );
-      this.plot.options.ylabel = `d_{n+${state.power}}`;
+      this.plot.options.ylabel = after(`n+${state.power}`);
     }
     const values = this.values;
     const home = values ? [...values.data.domain, ...values.data.domain] : [-1, 1, -1, 1];
     this.plot.setView(/** @type {Box} */ (state.windows[this.slot] ?? home));
-    this.labels = [...new Set(values?.data.labels ?? [])];
   }
 
   sentence() {
     const { values } = this;
     if (!values) return "";
+    const ofBlocks = sticksAsOne(this.app.state.model);
+    const name = coordinateOf(this.app.state).replace("_", "");
     if (!values.arrays.branch.some((/** @type {number} */ branch) => branch >= 0))
-      return "No value: from no d shown do both blocks stick together again.";
-    const { power, d } = this.app.state;
-    const proper = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
+      return ofBlocks
+        ? "No value: from no d shown do both blocks stick together again."
+        : "No value: from no point shown does the motion return.";
+    const { power, d, windows } = this.app.state;
+    const { shown } = this.plot;
+    const all = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
+    const proper = all.filter((orbit) =>
+      this.spots(orbit).some(
+        ([x, y]) => x >= shown[0] && x <= shown[1] && y >= shown[2] && y <= shown[3],
+      ),
+    );
     const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
     const open = proper.length - stable.length;
     const settles = stable.length
       ? `${listed(stable)} attract${stable.length > 1 ? "" : "s"}`
       : `no orbit${this.orbits.complete ? "" : " seen"} attracts`;
-    const known = proper.length
-      ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}.`
-      : "";
+    const counted = proper.length ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}` : "";
+    const beyond = all.length - proper.length;
+    const elsewhere = beyond ? `${counted ? "; " : "no orbit, "}${beyond} outside` : "";
+    const here = windows[this.slot] && all.length ? "in this window " : "";
+    const known = counted || elsewhere ? `${here}${counted}${elsewhere}.` : "";
     const more = this.orbits.complete ? "" : " Others may lie between the samples.";
-    if (!this.main) return `On the diagonal motions repeat after ${power} sticks: ${known}${more}`;
+    if (!this.main) return `Repeating after ${power} ${ofBlocks ? "sticks" : "returns"}: ${known}${more}`;
     const jumps = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const [near] = jumps.sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
     const breaks = near?.why
-      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of d = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(/, X|:/)[0]}.`
+      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of ${name} = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(AWAY)[0]}.`
       : "";
-    return `Each stick of both blocks, at d, leads to the next, at f(d): ${known}${more}${breaks}`;
+    const each = ofBlocks ? "Each stick of both blocks" : `Each ${releaseOf(this.app.state)}`;
+    return `${each}, at ${name}, leads to the next, at f(${name}): ${known}${more}${breaks}`;
   }
 
   paint() {
@@ -121,10 +138,15 @@ export class MapView extends View {
     let from = 0;
     for (let k = 1; k <= x.length; k++) {
       if (k < x.length && branch[k] === branch[from]) continue;
-      const { color, dash } = nth(this.labels.indexOf(values.data.labels[branch[from]]));
-      if (branch[from] >= 0) this.plot.line(x, f, { color, dash, width: 2 }, from, k);
+      if (branch[from] >= 0)
+        this.plot.line(x, f, { color: this.color(values, branch[from]), width: 2 }, from, k);
       from = k;
     }
+  }
+
+  /** Branches of one itinerary have one colour. @param {Part} values @param {number} branch */
+  color({ data: { itineraries, labels } }, branch) {
+    return colorOf((this.main && itineraries?.[branch]) || labels[branch]);
   }
 
   paintCobweb() {
@@ -212,10 +234,15 @@ export class MapView extends View {
     const { x: xs, f, branch } = values.arrays;
     const k = nearest(xs, x);
     const itinerary = values.data.itineraries?.[branch[k]];
-    const text = `d = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? "\n" : ""}`;
+    const name = coordinateOf(this.app.state).replace("_", "");
+    const text = `${name} = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? "\n" : ""}`;
     return itinerary ? [text, modeBar(itinerary)] : text;
   }
 }
+
+/** What a return map goes from and to. @param {State} state */
+const releaseOf = ({ section }) =>
+  section?.event === "landing" ? "landing, the end of a slip" : "release, the end of a stick";
 
 /** Those through a jump are many, and marked small. @param {Orbit} orbit */
 function orbitLook(orbit) {

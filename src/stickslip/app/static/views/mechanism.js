@@ -1,22 +1,24 @@
 /**
- * The blocks on their belt, moving; below, who sticks when.
+ * Bodies, springs and what they rub on, moving; below, which contact sticks when.
  *
  * @import {App} from "../app.js"
  * @import {Plot} from "../plot.js"
  */
 import { element } from "../dom.js";
+import { isStructure } from "../model.js";
 import { listed } from "../numbers.js";
 import { mathText } from "../plot.js";
 import { SANS, colors } from "../theme.js";
-import { Timeline } from "./motion.js";
+import { contactName, Timeline } from "./motion.js";
 import { View } from "./view.js";
 
 const BELT = 18; // height of the belt, pixels
+const RAISED = 16; // a body that does not rub itself, above the floor
 
 export class MechanismView extends View {
   /** @param {App} app */
   constructor(app) {
-    const help = "The blocks on their belt. Filled: rides with the belt; outlined: slips.";
+    const help = "What moves and what it rubs on. Filled: sticks; outlined: slips.";
     super(app, {
       id: "mechanism",
       title: "Mechanism",
@@ -37,10 +39,7 @@ export class MechanismView extends View {
     const { arrays } = this.app.clock;
     if (arrays && arrays !== this.of) {
       this.of = arrays;
-      this.reach = arrays.x.reduce(
-        (/** @type {number} */ most, /** @type {number} */ x) => Math.max(most, Math.abs(x)),
-        0.1,
-      );
+      this.scene = sceneOf(this.app.state.model, this.app.clock.motion?.parts[0]?.data, arrays);
     }
     this.timeline.update();
     this.plot.redrawOver();
@@ -48,18 +47,28 @@ export class MechanismView extends View {
 
   /** @override */
   sentence() {
-    const { clock } = this.app;
+    const { clock, state } = this.app;
     const k = clock.index();
     const data = clock.motion?.parts[0]?.data;
     if (k < 0 || !data) return "";
-    const count = data.limits.length;
-    const doing = ["riding on the belt", "slipping forward", "slipping back"];
-    const blocks = Array.from({ length: count }, (_, b) => doing[clock.arrays.mode[k * count + b]]);
-    const same = count > 1 && blocks.every((one) => one === blocks[0]);
-    const text = same
-      ? `Now ${count === 2 ? "both" : "all"} blocks are ${blocks[0]}.`
-      : `Now ${listed(blocks.map((one, b) => `block ${b + 1} is ${one}`))}.`;
-    return data.status ? `${text} ${data.message}` : text;
+    const { contacts } = data;
+    const rides = (/** @type {any} */ { V }) => (V ? "riding on the belt" : "sticking");
+    const doing = contacts.map(
+      (/** @type {any} */ contact, /** @type {number} */ c) =>
+        [rides(contact), "slipping forward", "slipping back"][
+          clock.arrays.mode[k * contacts.length + c]
+        ],
+    );
+    const names = contacts.map((/** @type {any} */ contact, /** @type {number} */ c) =>
+      contactName(state.model, contact, c).toLowerCase(),
+    );
+    const same = doing.length > 1 && doing.every((/** @type {string} */ one) => one === doing[0]);
+    const all = isStructure(state.model) ? "contacts" : "blocks";
+    const now = same
+      ? `${doing.length === 2 ? "both" : "all"} ${all} are ${doing[0]}`
+      : listed(doing.map((/** @type {string} */ one, /** @type {number} */ c) => `${names[c]} is ${one}`));
+    const drawn = data.bodies ? "" : " Drawn is what rubs, not what it hangs on.";
+    return `Now ${now}.${drawn}${data.status ? ` ${data.message}` : ""}`;
   }
 
   tick() {
@@ -70,56 +79,199 @@ export class MechanismView extends View {
     this.app.showTime(clock.t);
   }
 
-  /** Where things stand, in pixels. @param {number} count */
-  layout(count) {
+  /** Where things stand, in pixels. @param {Scene} scene */
+  layout({ count, reach }) {
     const { width = 0, height = 0 } = this.plot;
     const spacing = (width - 40) / (count + 0.6);
     const floor = height - BELT - 5;
     const side = Math.min(0.62 * floor, 0.36 * spacing, 62);
-    const unit = Math.min(0.5 * (spacing - 1.3 * side), 90) / (this.reach ?? 1);
+    const unit = Math.min(0.5 * (spacing - 1.3 * side), 90) / reach;
     return {
-      width,
-      floor,
-      side,
+      ...{ width, floor, side, unit, spacing },
       wide: 1.3 * side,
-      unit,
-      rest: (/** @type {number} */ k) => 20 + spacing * (k + 0.8),
+      rest: (/** @type {number} */ b) => 20 + spacing * (b + 0.8),
     };
   }
 
   paint() {
-    const k = this.app.clock.index();
-    const { arrays } = this.app.clock;
-    if (k < 0 || arrays !== this.of) return;
-    const count = arrays.x.length / arrays.t.length;
-    const at = this.layout(count);
-    const V = this.answer("motion")?.parts[0]?.data.V ?? 0;
-    this.#belt(at, V * this.app.clock.t * at.unit, V);
-    this.#walls(at);
-    const x = Array.from(
+    const { clock } = this.app;
+    const k = clock.index();
+    const { scene } = this;
+    if (k < 0 || clock.arrays !== this.of || !scene) return;
+    const at = this.layout(scene);
+    const { count, contacts } = scene;
+    const { mode, w, u } = clock.arrays;
+    const centre = Array.from(
       { length: count },
-      (_, b) => at.rest(b) + at.unit * arrays.x[k * count + b],
+      (_, b) => at.rest(b) + at.unit * (scene.place(b, k) - scene.middle[b]),
     );
-    const { model } = this.app.state;
-    const stiff =
-      model.kind === "oscillator"
-        ? [1]
-        : [1, ...Array(count - 1).fill([model.alpha ?? 1].flat()[0]), 1];
-    const ends = [8, ...x.flatMap((c) => [c - at.wide / 2, c + at.wide / 2]), at.width - 8];
-    stiff.forEach((stiffness, j) => {
-      if (stiffness > 0)
-        this.#spring(ends[2 * j], ends[2 * j + 1], at.floor - 0.62 * at.side, stiffness);
+    const sticks = contacts.map((_, c) => mode[k * contacts.length + c] === 0);
+    const speed = contacts.map(({ V }, c) => w[k * contacts.length + c] - V);
+    this.#floors(at, scene, clock.t);
+    if (!scene.scaled || scene.springs.some(([, other]) => other < 0)) this.#walls(at);
+    const widest = Math.max(...scene.springs.map(([, , stiffness]) => Math.abs(stiffness)));
+    for (const [one, other, stiffness] of scene.springs) {
+      const heavy = scene.scaled ? 2.2 * Math.sqrt(Math.abs(stiffness) / widest) : 1.1 * Math.sqrt(stiffness);
+      this.#springBetween(at, scene, centre, one, other, Math.max(0.6, heavy), stiffness < 0);
+    }
+    contacts.forEach(({ bodies, elastic }, c) => {
+      const [one, other] = bodies;
+      if (other !== undefined) this.#plates(at, centre[one], centre[other], sticks[c], speed[c]);
+      else if (elastic) {
+        const foot = at.rest(one) + at.unit * (u[k * contacts.length + c] - scene.middle[one]);
+        this.#foot(at, centre[one], foot, sticks[c]);
+      }
     });
-    x.forEach((centre, b) =>
-      this.#block(at, b, centre, arrays.mode[k * count + b] === 0, arrays.v[k * count + b] - V),
-    );
+    centre.forEach((x, b) => {
+      const c = scene.under[b];
+      if (c < 0) return this.#body(at, b, x);
+      if (!contacts[c].elastic) return this.#block(at, b, x, sticks[c], speed[c]);
+      this.#body(at, b, x);
+    });
   }
 
-  /** @param {any} at @param {number} shift @param {number} V */
-  #belt({ width, floor }, shift, V) {
+  /** One belt under all, or under each body what it rubs on. @param {any} at @param {Scene} scene @param {number} t */
+  #floors(at, { contacts, under, whole }, t) {
+    if (whole) return this.#belt(at, 22, at.width - 22, contacts[0].V * t * at.unit, contacts[0].V);
+    under.forEach((c, b) => {
+      if (c < 0) return;
+      const { V } = contacts[c];
+      const [left, right] = [-0.44, 0.44].map((part) => at.rest(b) + part * at.spacing);
+      if (V) this.#belt(at, left, right, V * t * at.unit, V);
+      else this.#ground(at, left, right);
+    });
+  }
+
+  /** @param {any} at @param {number} left @param {number} right */
+  #ground({ floor }, left, right) {
+    const c = this.plot.context;
+    c.strokeStyle = colors().ink;
+    c.lineWidth = 1.2;
+    c.beginPath();
+    c.moveTo(left, floor);
+    c.lineTo(right, floor);
+    for (let x = left + 6; x <= right; x += 9) {
+      c.moveTo(x, floor);
+      c.lineTo(x - 6, floor + 7);
+    }
+    c.stroke();
+  }
+
+  /**
+   * A spring between neighbours or to a wall; farther ones in an arc, those of inner bodies to the
+   * ground from above. Dashed: one that pushes back the wrong way.
+   * @param {any} at @param {Scene} scene @param {number[]} centre
+   * @param {number} one @param {number} other @param {number} width @param {boolean} dashed
+   */
+  #springBetween(at, scene, centre, one, other, width, dashed) {
+    const c = this.plot.context;
+    const half = at.wide / 2;
+    const y = at.floor - 0.62 * at.side - (scene.lifted(one) ? RAISED : 0);
+    c.setLineDash(dashed ? [4, 3] : []);
+    c.lineWidth = Math.min(2.4, width);
+    c.strokeStyle = colors().muted;
+    if (other < 0) {
+      const last = scene.count - 1;
+      if (one === 0) this.#spring(8, centre[0] - half, y, y);
+      else if (one === last) this.#spring(centre[one] + half, at.width - 8, y, y);
+      else this.#hanging(at, at.rest(one) - 0.45 * half, centre[one] - 0.45 * half);
+    } else if (other - one === 1) {
+      const end = at.floor - 0.62 * at.side - (scene.lifted(other) ? RAISED : 0);
+      this.#spring(centre[one] + half, centre[other] - half, y, end);
+    } else {
+      const top = at.floor - at.side - RAISED;
+      c.beginPath();
+      c.moveTo(centre[one], top);
+      c.quadraticCurveTo((centre[one] + centre[other]) / 2, Math.max(2, top - 40), centre[other], top);
+      c.stroke();
+    }
+    c.setLineDash([]);
+  }
+
+  /** From the ceiling to the top of a body. @param {any} at @param {number} from @param {number} to */
+  #hanging({ floor, side }, from, to) {
+    const c = this.plot.context;
+    const [top, bottom] = [6, floor - side];
+    if (bottom - top < 12) return;
+    c.beginPath();
+    c.moveTo(from - 8, top);
+    c.lineTo(from + 8, top);
+    c.moveTo(from, top);
+    for (let k = 0; k <= 8; k++) {
+      const share = (k + 0.5) / 9;
+      c.lineTo(from + share * (to - from) + (k % 2 ? 4 : -4), top + share * (bottom - top));
+    }
+    c.lineTo(to, bottom);
+    c.stroke();
+  }
+
+  /** Two plates that rub, one held by each body. @param {any} at @param {number} one @param {number} other @param {boolean} sticks @param {number} w */
+  #plates(at, one, other, sticks, w) {
     const c = this.plot.context;
     const of = colors();
-    const [left, right, r] = [22, width - 22, BELT / 2];
+    const [left, right] = one < other ? [one, other] : [other, one];
+    const middle = (left + right) / 2;
+    const y = at.floor - 0.22 * at.side;
+    const lap = Math.min(26, 0.3 * (right - left - at.wide));
+    c.lineWidth = 4;
+    c.strokeStyle = sticks ? of.stick : of.slip;
+    c.beginPath();
+    c.moveTo(left + at.wide / 2, y - 4);
+    c.lineTo(middle + lap, y - 4);
+    c.moveTo(right - at.wide / 2, y + 1);
+    c.lineTo(middle - lap, y + 1);
+    c.stroke();
+    if (sticks) return;
+    const way = Math.sign(w) * Math.min(30, 14 + 40 * Math.abs(w));
+    arrow(c, middle - way / 2, y - 14, middle + way / 2, of.slip);
+  }
+
+  /** The foot of an elastic contact: a spring down to what rubs. @param {any} at @param {number} body @param {number} foot @param {boolean} sticks */
+  #foot(at, body, foot, sticks) {
+    const c = this.plot.context;
+    const of = colors();
+    c.lineWidth = 1.5;
+    c.strokeStyle = of.muted;
+    const [top, bottom] = [at.floor - RAISED, at.floor - 4];
+    c.beginPath();
+    c.moveTo(body, top);
+    for (let k = 0; k <= 5; k++) {
+      const share = (k + 0.5) / 6;
+      c.lineTo(body + share * (foot - body) + (k % 2 ? 5 : -5), top + share * (bottom - top));
+    }
+    c.lineTo(foot, bottom);
+    c.stroke();
+    c.fillStyle = sticks ? of.stick : of.panel;
+    c.strokeStyle = sticks ? of.stick : of.slip;
+    c.beginPath();
+    c.rect(foot - 0.3 * at.wide, bottom - 3, 0.6 * at.wide, 7);
+    c.fill();
+    c.stroke();
+  }
+
+  /** A body that does not rub on the ground itself. @param {any} at @param {number} body @param {number} centre */
+  #body({ floor, side, wide }, body, centre) {
+    const c = this.plot.context;
+    const of = colors();
+    c.beginPath();
+    c.roundRect(centre - wide / 2, floor - side - RAISED, wide, side, 3);
+    c.fillStyle = of.panel;
+    c.fill();
+    c.lineWidth = 1.5;
+    c.strokeStyle = of.ink;
+    c.stroke();
+    c.textAlign = "center";
+    c.textBaseline = "middle";
+    c.font = `600 13px ${SANS}`;
+    c.fillStyle = of.ink;
+    c.fillText(String(body + 1), centre, floor - RAISED - 0.5 * side);
+  }
+
+  /** @param {any} at @param {number} left @param {number} right @param {number} shift @param {number} V */
+  #belt({ floor }, left, right, shift, V) {
+    const c = this.plot.context;
+    const of = colors();
+    const r = BELT / 2;
     c.lineWidth = 1.5;
     c.strokeStyle = of.ink;
     c.beginPath();
@@ -128,7 +280,7 @@ export class MechanismView extends View {
     c.lineWidth = 1;
     c.strokeStyle = of.muted;
     c.beginPath();
-    for (let x = left + r + (shift % 24); x < right - r; x += 24) {
+    for (let x = left + r + (((shift % 24) + 24) % 24); x < right - r; x += 24) {
       c.moveTo(x, floor + 1.5);
       c.lineTo(x - 4, floor + 6);
     }
@@ -143,8 +295,8 @@ export class MechanismView extends View {
       );
       c.stroke();
     }
-    const middle = width / 2;
-    arrow(c, middle - 16, floor + r + 3, middle + 16, of.ink);
+    const middle = (left + right) / 2;
+    arrow(c, middle - 16 * Math.sign(V), floor + r + 3, middle + 16 * Math.sign(V), of.ink);
     mathText(c, "V", middle + 26, floor + r + 7, of.ink);
   }
 
@@ -168,21 +320,20 @@ export class MechanismView extends View {
     c.stroke();
   }
 
-  /** @param {number} from @param {number} to @param {number} y @param {number} stiffness */
-  #spring(from, to, y, stiffness) {
+  /** @param {number} from @param {number} to @param {number} y @param {number} end  height there */
+  #spring(from, to, y, end) {
     const c = this.plot.context;
     const turns = 8;
     const lead = Math.min(12, 0.12 * (to - from));
     const step = (to - from - 2 * lead) / (2 * turns);
+    const rise = (end - y) / (2 * turns);
     c.beginPath();
     c.moveTo(from, y);
     c.lineTo(from + lead, y);
     for (let k = 0; k < 2 * turns; k++)
-      c.lineTo(from + lead + (k + 0.5) * step, y + (k % 2 ? 5 : -5));
-    c.lineTo(to - lead, y);
-    c.lineTo(to, y);
-    c.lineWidth = Math.min(2.4, 1.1 * Math.sqrt(stiffness));
-    c.strokeStyle = colors().muted;
+      c.lineTo(from + lead + (k + 0.5) * step, y + (k + 0.5) * rise + (k % 2 ? 5 : -5));
+    c.lineTo(to - lead, end);
+    c.lineTo(to, end);
     c.lineJoin = "round";
     c.stroke();
   }
@@ -223,6 +374,53 @@ export class MechanismView extends View {
         of.slip,
       );
   }
+}
+
+/**
+ * What is drawn of a motion.
+ * @typedef {object} Scene
+ * @property {number} count  of bodies; of contacts, where the bodies behind them are not known
+ * @property {any[]} contacts
+ * @property {number[][]} springs
+ * @property {number[]} under  number of the contact between each body and the ground, or -1
+ * @property {boolean} whole  one belt runs under all
+ * @property {boolean} scaled  springs are drawn beside the stiffest
+ * @property {number[]} middle  of what each passes over
+ * @property {number} reach  farthest from there
+ * @property {(b: number, k: number) => number} place  of a body, at a sample
+ * @property {(b: number) => boolean} lifted  whether it rubs itself
+ */
+
+/** @param {any} model @param {any} data @param {any} arrays @returns {Scene} */
+function sceneOf(model, data, arrays) {
+  const samples = arrays.t.length;
+  const alone = !data.bodies;
+  const count = alone ? data.contacts.length : data.bodies;
+  /** @type {any[]} */
+  const contacts = data.contacts.map((/** @type {any} */ one, /** @type {number} */ c) =>
+    alone ? { ...one, bodies: [c] } : one,
+  );
+  const from = alone ? arrays.u : arrays.x;
+  const wide = from.length / samples;
+  const place = (/** @type {number} */ b, /** @type {number} */ k) => from[k * wide + b];
+  const scaled = isStructure(model);
+  const under = Array.from({ length: count }, (_, b) =>
+    contacts.findIndex(({ bodies }) => bodies.length === 1 && bodies[0] === b),
+  );
+  const spans = under.map((_, b) => {
+    const column = Array.from({ length: samples }, (__, k) => place(b, k));
+    return [Math.min(...column), Math.max(...column)];
+  });
+  const middle = spans.map(([low, high]) => (scaled ? (low + high) / 2 : 0));
+  const far = Math.max(...spans.map(([low, high], b) => Math.max(high - middle[b], middle[b] - low)));
+  const [{ V }] = contacts;
+  const alike = contacts.every((one) => one.V === V && one.bodies.length === 1 && !one.elastic);
+  return {
+    ...{ count, contacts, springs: data.springs, under, place, scaled, middle },
+    whole: alike && V !== 0 && under.every((c) => c >= 0),
+    reach: scaled ? far || 1 : Math.max(far, 0.1),
+    lifted: (b) => under[b] < 0 || contacts[under[b]].elastic,
+  };
 }
 
 /**

@@ -2,9 +2,10 @@
  * Views of the motion in time: phase portraits, plane of displacements, stick and slip over time.
  *
  * @import {App} from "../app.js"
- * @import {Box} from "../types.js"
+ * @import {Box, Model} from "../types.js"
  */
 import { mark } from "../marks.js";
+import { isStructure } from "../model.js";
 import { column, short } from "../numbers.js";
 import { Plot } from "../plot.js";
 import { SANS, colors } from "../theme.js";
@@ -27,10 +28,33 @@ function around(xs, ys) {
         }
       }
       if (!(high >= low)) return [-1, 1];
-      const pad = 0.07 * (high - low) || 0.1;
+      const dust = 1e-9 * Math.max(Math.abs(low), Math.abs(high)); // rounding is no motion
+      const pad = high - low > dust ? 0.07 * (high - low) : 0.1;
       return [low - pad, high + pad];
     })
   );
+}
+
+/**
+ * What a contact is called: after its block, or the bodies that it joins.
+ * @param {Model} model @param {{bodies: number[], elastic: boolean}} contact @param {number} k
+ */
+export function contactName(model, { bodies, elastic }, k) {
+  if (!isStructure(model)) return `Block ${k + 1}`;
+  const [one, other] = bodies.map((body) => body + 1);
+  if (other) return `Body ${one} on body ${other}`;
+  if (one && elastic) return `Foot of body ${one}`;
+  return one ? `Body ${one}` : `Contact ${k + 1}`;
+}
+
+/**
+ * Axes of its portrait: displacement and velocity along it.
+ * @param {Model} model @param {{bodies: number[], elastic: boolean}} contact @param {number} k
+ */
+function axesOf(model, { bodies, elastic }, k) {
+  const [one, other] = isStructure(model) ? bodies.map((body) => body + 1) : [k + 1];
+  if (elastic || !one) return ["x", "x′"];
+  return ["X", "X′"].map((name) => (other ? `${name}_${one} − ${name}_${other}` : `${name}_${one}`));
 }
 
 export class PortraitView extends View {
@@ -58,12 +82,17 @@ export class PortraitView extends View {
   update() {
     const { arrays } = this.app.clock;
     const { block } = this;
-    const count = arrays ? arrays.x.length / arrays.t.length : 0;
-    if (arrays && block < count && arrays !== this.of) {
+    const contact = this.answer("motion")?.parts[0]?.data.contacts[block];
+    const count = arrays ? arrays.mode.length / arrays.t.length : 0;
+    if (arrays && contact && block < count && arrays !== this.of) {
       this.of = arrays;
       this.count = count;
-      this.x = column(arrays.x, block, count);
-      this.v = column(arrays.v, block, count);
+      this.contact = contact;
+      this.panel.title.textContent = contactName(this.app.state.model, contact, block);
+      const [x, v] = axesOf(this.app.state.model, contact, block);
+      Object.assign(this.plot.options, { xlabel: x, ylabel: v });
+      this.x = column(arrays.u, block, count);
+      this.v = column(arrays.w, block, count);
       const rides = column(arrays.mode, block, count).map((mode) => Number(mode === 0));
       this.slips = this.v.map((v, k) => (rides[k] && rides[k - 1] && rides[k + 1] ? NaN : v));
       this.rides = this.v.map((v, k) => (rides[k] ? v : NaN));
@@ -77,7 +106,8 @@ export class PortraitView extends View {
     const { t } = this.of;
     let riding = 0;
     for (let k = 1; k < t.length; k++) if (!Number.isNaN(this.rides[k])) riding += t[k] - t[k - 1];
-    return `Rides ${short((100 * riding) / (t.at(-1) || 1), 3)} % of the time (heavy); thin: slips.`;
+    const sticks = this.contact?.V ? "Rides" : "Sticks";
+    return `${sticks} ${short((100 * riding) / (t.at(-1) || 1), 3)} % of the time (heavy); thin: slips.`;
   }
 
   paint() {
@@ -90,7 +120,7 @@ export class PortraitView extends View {
   }
 
   get V() {
-    return this.answer("motion")?.parts[0]?.data.V ?? 0;
+    return this.contact?.V ?? 0;
   }
 
   paintOver() {
@@ -101,6 +131,7 @@ export class PortraitView extends View {
     const of = colors();
     if (arrays.interval) {
       const [low, high] = [0, 1].map((end) => arrays.interval[2 * (k * count + block) + end]);
+      if (Number.isNaN(low)) return this.markNow(k);
       const y = plot.y(this.V);
       plot.segment(low, this.V, high, this.V, { color: of.stick, width: 1.2, alpha: 0.8 });
       for (const end of [low, high]) {
@@ -110,9 +141,14 @@ export class PortraitView extends View {
         });
       }
     }
-    const rides = arrays.mode[k * count + block] === 0;
-    mark(plot, rides ? "disc" : "ring", this.x[k], this.v[k], {
-      color: rides ? of.stick : of.slip,
+    this.markNow(k);
+  }
+
+  /** Where it is now. @param {number} k */
+  markNow(k) {
+    const rides = this.of.mode[k * (this.count ?? 0) + this.block] === 0;
+    mark(this.plot, rides ? "disc" : "ring", this.x?.[k] ?? NaN, this.v?.[k] ?? NaN, {
+      color: rides ? colors().stick : colors().slip,
       size: 5,
     });
   }
@@ -152,7 +188,7 @@ export class PlaneView extends View {
 
   update() {
     const { arrays } = this.app.clock;
-    if (arrays && arrays.x.length === 2 * arrays.t.length && arrays !== this.of) {
+    if (arrays && this.isFor(this.app.state) && arrays.x.length === 2 * arrays.t.length && arrays !== this.of) {
       this.of = arrays;
       this.x = [0, 1].map((k) => column(arrays.x, k, 2));
       const both = Uint8Array.from(arrays.t, (_, k) =>

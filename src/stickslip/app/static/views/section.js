@@ -5,6 +5,7 @@
  * @import {Part} from "../types.js"
  */
 import { Labels, mark } from "../marks.js";
+import { coordinatesOf, sticksAsOne } from "../model.js";
 import { listed, short } from "../numbers.js";
 import { colors, nth } from "../theme.js";
 import { name, percent } from "./basins.js";
@@ -20,6 +21,16 @@ export class SectionView extends View {
     plot.paint = () => this.paint();
     plot.onhover = (x, y) => this.read(x, y);
     this.zoomable(plot);
+  }
+
+  get nowhere() {
+    return sticksAsOne(this.app.state.model) ? "no global stick" : "no return";
+  }
+
+  /** What the first two numbers of a point are. */
+  get axes() {
+    const names = coordinatesOf(this.app.state);
+    return names[0] === names[1] ? ["d_1", "d_2"] : names;
   }
 
   /** The finest picture so far. @returns {Part | undefined} */
@@ -47,6 +58,9 @@ export class SectionView extends View {
       ...[x[0], x[x.length - 1]],
       ...[y[0], y[y.length - 1]],
     ]);
+    const { options } = this.plot;
+    const [first, second] = this.axes;
+    Object.assign(options, { xlabel: first, ylabel: second });
     this.plot.setView(this.app.state.windows.section ?? whole);
   }
 
@@ -55,12 +69,13 @@ export class SectionView extends View {
     const { part } = this;
     if (!part) return "";
     if (!this.attractors.length)
-      return "No attractor is known: from no start do the blocks go on sticking together.";
+      return "No attractor is known: from no start does the motion go on returning.";
     const { shares, held, mistaken, checked } = part.data;
     const ends = this.names().map((who, k) => `${percent(shares[k])} end on ${who}`);
     const where = held ? " in this section, other differences 0," : "";
     const wrong = mistaken ? ` ${mistaken} of ${checked} checked came elsewhere.` : "";
-    return `Of the starts${where} ${listed(ends)}: by sampling, no proof.${wrong}`;
+    const who = sticksAsOne(this.app.state.model) ? "starts" : "starts whose motion returns";
+    return `Of the ${who}${where} ${listed(ends)}: by sampling, no proof.${wrong}`;
   }
 
   paint() {
@@ -99,10 +114,14 @@ export class SectionView extends View {
     const { x, y, index } = part.arrays;
     const [i, j] = [nearest(x, px), nearest(y, py)];
     const label = index[i * y.length + j];
-    const who = label >= 0 ? this.names()[label] : label === -1 ? "undecided" : "no global stick";
-    return `d₁ = ${short(px, 5)}, d₂ = ${short(py, 5)}: ${who}`;
+    const who = label >= 0 ? this.names()[label] : label === -1 ? "undecided" : this.nowhere;
+    const [first, second] = this.axes.map(lowered);
+    return `${first} = ${short(px, 5)}, ${second} = ${short(py, 5)}: ${who}`;
   }
 }
+
+/** An index as text has it. @param {string} name */
+const lowered = (name) => name.replace(/_(\d)/, (_, digit) => "₀₁₂₃₄₅₆₇₈₉"[digit]);
 
 /** Of equidistant numbers. @param {ArrayLike<number>} values @param {number} at */
 const nearest = (values, at) => {

@@ -50,7 +50,7 @@ export class TableView extends View {
 
   /** @override @param {any} state */
   isFor(state) {
-    return this.open && hasLineMap(state.model);
+    return this.open && hasLineMap(state);
   }
 
   /** @override */
@@ -118,7 +118,7 @@ export class TableView extends View {
     const cells = [
       [there, before, after],
       [sort === "orbit" ? `orbit, ${what}` : what],
-      [`${this.app.symbol(along).replace(/_\{?\w+\}?/, "")} = ${short(at, 10)}`],
+      [`${this.app.symbol(along).replace(/_\{?[\w,]+\}?/, "")} = ${short(at, 10)}`],
       [factor === null ? "" : short(factor, 6)],
       [...modes.map(modeBar), why],
     ];

@@ -1,0 +1,139 @@
+"""Structures on the page: drawn, moved by sliders, with their maps, and opened from a file."""
+
+import json
+
+import pytest
+
+import stickslip as ss
+from stickslip.app.page import presets
+from stickslip.mechanics.model.file import model_of_values, model_values
+
+STATES = {preset["name"]: preset["state"] for preset in presets()}
+OF_STRUCTURES = [name for name, state in STATES.items() if "contact" in state["model"]]
+
+
+@pytest.mark.parametrize("name", OF_STRUCTURES)
+def test_a_preset_draws_its_motion(explorer, name):
+    explorer.show(f"preset={name}")
+    for panel in ("mechanism", "portrait-1", "law"):
+        assert explorer.inked(panel) > 3 or panel == "mechanism"
+    bodies, contacts = explorer.view("mechanism", "[view.scene.count, view.scene.contacts.length]")
+    state = STATES[name]
+    assert contacts == len(state["model"]["contact"])
+    assert bodies in (contacts, len(state["model"].get("mass", [])))
+    assert explorer.view("mechanism", "view.sentence()").startswith("Now ")
+    before = explorer.picture("mechanism")
+    explorer.page.evaluate("() => explorer.clock.seek(0.41 * explorer.clock.end)")
+    assert explorer.picture("mechanism") != before
+    explorer.shoot(f"structure {name}")
+
+
+@pytest.mark.parametrize("name", OF_STRUCTURES)
+def test_its_numbers_are_named_as_the_library_names_them(explorer, name):
+    explorer.show(f"preset={name}")
+    named = explorer.page.evaluate(
+        """async () => {
+            const { parametersOf, valueOf } = await import("/static/model.js");
+            const { limits, state } = explorer;
+            const { ofModel, ofLaws } = parametersOf(limits, state.model);
+            return [...ofModel, ...ofLaws.flat()].filter((one) => !one.values)
+                .map(({ name }) => [name, valueOf(limits, state.model, name)]);
+        }"""
+    )
+    model = model_of_values(STATES[name]["model"])
+    parameters = model.parameters
+    for parameter, value in named:
+        assert value == parameters.get(parameter, 0.0)  # laws leave out what is 0
+    rest = parameters.keys() - {parameter for parameter, _ in named}
+    assert all(parameters[parameter] == 0.0 for parameter in rest)
+
+
+def test_a_slider_of_a_structure_moves_it(explorer):
+    explorer.show("preset=brake")
+    sliders = explorer.page.locator(".controls input[name='load_1_2']:visible")
+    assert sliders.input_value() == "0.6"
+    before = explorer.view("portrait-1", "[...view.x].slice(-3)")
+    explorer.type_into("load_1_2", 0.7)
+    assert explorer.state["model"]["contact"][0]["load"] == [0, 0.7]
+    assert explorer.view("portrait-1", "[...view.x].slice(-3)") != before
+    explorer.type_into("stiffness_1_2", 0.3)
+    assert explorer.state["model"]["stiffness"] == [[2, 0.3], [0.3, 1.3]]
+    explorer.page.locator("summary:has-text('All other numbers')").click()
+    explorer.type_into("mass_2", 1.5)
+    assert explorer.state["model"]["mass"] == [1, 1.5]
+    assert explorer.page.locator(".controls input[name='load_1_2']:visible").count() == 1
+
+
+def test_a_structure_s_return_map_is_a_map_of_the_line(explorer):
+    explorer.show("preset=hunting-axis")
+    explorer.settle("map", "power", "basins", "motion")
+    assert explorer.panel("map").locator("h2").text_content() == "Return map"
+    sentence = explorer.view("map", "view.sentence()")
+    assert sentence.startswith("Each release, the end of a stick, at x2")
+    orbits = explorer.view("map", "view.orbits.orbits.map(({ points }) => points[0])")
+    state = STATES["hunting-axis"]
+    f = ss.return_map(
+        model_of_values(state["model"]),
+        coordinates=["x_2"],
+        domain=(1e-6, 0.06),
+    )
+    (orbit,) = ss.periodic_orbits(f, 1)
+    assert orbits == [pytest.approx(float(orbit.points[0]), rel=1e-9)]
+    explorer.click("map", 0.02, 0.02)
+    assert explorer.state["d"] == pytest.approx(0.02, abs=1e-3)
+    start = explorer.page.evaluate("() => explorer.clock.arrays.x[1]")
+    assert start == pytest.approx(explorer.state["d"], rel=1e-9)
+    assert explorer.panel("cycle").is_hidden()
+    assert explorer.panel("plane").is_hidden()
+
+
+def test_what_a_structure_has_not_is_told_in_a_sentence(explorer):
+    explorer.show("preset=rubbing")
+    explorer.settle("cycle")
+    told = explorer.panel("cycle").text_content()
+    assert "none. This model has contacts that share inertia" in told
+    assert "nothing but friction acts on the masses" in told
+    assert explorer.panel("map").is_hidden()
+    explorer.show("preset=brake")
+    explorer.settle("basins")
+    assert "x_2 and v_2: see Basins" in explorer.panel("cycle").text_content()
+    assert explorer.view("section", "view.axes") == ["x_2", "v_2"]
+
+
+def test_the_address_brings_a_structure_back(explorer):
+    explorer.show("preset=brake")
+    explorer.type_into("V_1", 0.04)
+    state = explorer.state
+    explorer.page.wait_for_timeout(400)
+    fragment = explorer.page.evaluate("() => location.hash.slice(1)")
+    explorer.show("preset=coulomb")
+    explorer.show(fragment)
+    for name in ("model", "section", "sliders", "map", "x", "v"):
+        assert explorer.state[name] == state[name], name
+
+
+def test_a_plant_is_opened_from_a_file(explorer, tmp_path):
+    path = tmp_path / "own.toml"
+    model = ss.Structure(
+        mass=[1.0, 0.5],
+        stiffness=[[2.0, -1.0], [-1.0, 1.0]],
+        contacts=[ss.Contact(at=0, V=0.1, friction=ss.Coulomb(mu=0.3))],
+    )
+    ss.write_model(model, path)
+    explorer.page.set_input_files("input[data-open]", str(path))
+    explorer.page.wait_for_function("() => explorer.state.model.kind === 'structure'")
+    explorer.settle()
+    expected = json.loads(json.dumps(model_values(model)))
+    assert explorer.state["model"] == expected
+    assert explorer.view("mechanism", "view.scene.count") == 2
+    end = ss.simulate(model, [0.1, 0.0], [0.0, 0.0], t_end=120).final_state.x
+    shown = explorer.page.evaluate("() => [...explorer.clock.arrays.x.slice(-2)]")
+    assert shown == pytest.approx(end.tolist(), rel=1e-9)
+    path.write_text("kind = 'structure'\n")
+    explorer.page.set_input_files("input[data-open]", str(path))
+    explorer.page.wait_for_selector(".controls .error:not([hidden])")
+    assert "own.toml: " in explorer.page.locator(".controls .error").text_content()
+    assert explorer.state["model"] == expected
+    (complaint,) = explorer.complaints  # the browser's own line about the answer
+    assert "422" in complaint
+    explorer.complaints.clear()
