@@ -396,7 +396,8 @@ def tabulate_laps(mesh: Mesh, stretches: list[Stretch], n_breaks: int) -> Laps:
     sizes = [len(cell[0]) for cell in cells]
     flat = [np.concatenate([cell[k] for cell in cells] or [np.empty(0)]) for k in range(6)]
     left, right, value_left, value_right, slope_left, slope_right = columns[:6]
-    direction, end_left, end_right = columns[8:].astype(np.intp)
+    with np.errstate(invalid="ignore"):  # a lap of no known slope has no direction
+        direction, end_left, end_right = columns[8:].astype(np.intp)
     return Laps(
         f=mesh.f,
         left=left,
