@@ -1,13 +1,14 @@
 """What comes with the package is what the library computes, and makes a page without a server."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from tests.app.talk import unpacked
 
 import stickslip as ss
-from stickslip.app import shipped
+from stickslip.app import live, shipped
 from stickslip.app.page import preset_names, presets
 from stickslip.app.requests import plain
 from stickslip.cli.program import run
@@ -99,3 +100,14 @@ def test_the_page_is_written_into_a_folder(tmp_path, capsys):
     inner = slice(5, None, 97)  # ends of branches have one-sided values
     x = explained["x"][inner].astype(float)
     np.testing.assert_allclose(f(x), explained["f"][inner], rtol=SINGLE, atol=1e-5)
+
+
+def test_the_page_is_written_into_one_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(live, "LAWS", {})  # which take long to compile
+    page = tmp_path / "page.html"
+    assert run(["explore", "--export", str(page)]) == 0
+    assert capsys.readouterr().out == f"{page}\n"
+    assert [file.name for file in tmp_path.iterdir()] == ["page.html"]
+    text = page.read_text(encoding="utf-8")
+    assert re.findall(r'(?:src|href)="([^"#]*)"', text) == []  # it loads nothing
+    assert "from a web server" not in text

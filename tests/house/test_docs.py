@@ -67,8 +67,8 @@ def test_the_commands_for_other_languages_write_what_those_can_read(elsewhere, c
 
 
 def small(code):
-    """The same sweep on fewer points."""
-    return code.replace(", 1000)", ", 4)")
+    """The same sweep on fewer points, the same film of fewer frames."""
+    return code.replace(", 1000)", ", 4)").replace("frames=240", "frames=3")
 
 
 def test_the_ten_minutes_end_with_pictures_of_ones_own_system(elsewhere, capsys):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import gzip
 import shutil
+import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib.resources import as_file, files
@@ -19,9 +20,11 @@ import msgspec
 import numpy as np
 
 from stickslip.app import live
+from stickslip.app.one_file import one_file
 from stickslip.app.page import described_limits, presets
 from stickslip.app.requests import Cycle, Part, message, plain, request_of
 from stickslip.app.views import VIEWS
+from stickslip.files import whole_file
 from stickslip.mechanics.friction.stribeck import Stribeck
 from stickslip.mechanics.model.file import model_of_values, model_values
 
@@ -35,6 +38,11 @@ SHIPPED: Final = STATIC / "shipped"
 INDEX: Final = "index.json"
 FIRST: Final = {"samples", "followed", "dots", "coarse"}
 """Parts that later ones of the same answer replace."""
+NO_SERVER: Final = (
+    "<script>if (location.protocol === 'file:') document.querySelector('.connection').textContent ="
+    " 'Browsers run the scripts of this folder only from a web server. "
+    "stickslip explore --export page.html writes a page that opens from a file.';</script>"
+)
 UNREAD: Final = {"causes", "undecided", "left", "thin", "unresolved"}
 """What the page does not draw."""
 
@@ -142,17 +150,25 @@ def read(name: str, folder: Traversable = SHIPPED) -> bytes:
     return gzip.decompress((folder / name).read_bytes())
 
 
-def export(folder: Path) -> None:
-    """Write the page with all that it loads: files that any web server can show."""
+def export(place: Path) -> Path:
+    """Write the page: into a folder for a web server, or one ``.html`` file that loads nothing."""
+    if place.suffix == ".html":
+        with tempfile.TemporaryDirectory() as name, whole_file(place) as temporary:
+            export(Path(name))
+            temporary.write_text(one_file(Path(name)), encoding="utf-8")
+        return place
+    folder = place
     folder.mkdir(parents=True, exist_ok=True)
     with as_file(STATIC) as static:
         shutil.copytree(static, folder / "static", dirs_exist_ok=True)
     page = (STATIC / "index.html").read_text(encoding="utf-8")
     live.write(folder / "static" / "live")
     alone = page.replace('<html lang="en"', '<html lang="en" data-alone', 1)
+    alone = alone.replace("</body>", f"  {NO_SERVER}\n  </body>")
     (folder / "index.html").write_text(alone, encoding="utf-8")
     for name, content in (("limits", described_limits() | {"exports": {}}), ("presets", presets())):
         (folder / f"{name}.json").write_bytes(msgspec.json.encode(content))
+    return folder / "index.html"
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ stickslip explore --preset law9 --port 0
 stickslip explore --model mine.toml
 stickslip explore --host 0.0.0.0 --no-browser
 stickslip explore --export page
+stickslip explore --export page.html
 """
 
 HIGHEST_PORT = 65535
@@ -62,8 +63,9 @@ def explore(
     model
         Begin with the plant of a model file.
     export
-        Serve nothing: write the page into this folder, with its presets and its tour to be looked
-        at, for any web server.
+        Serve nothing: write the page, with presets, tour, and maps and motions that it computes
+        itself, into this folder, for any web server; or into one file that opens from a disk,
+        if the name ends in .html.
     """
     if not 0 <= port <= HIGHEST_PORT:
         raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
@@ -76,8 +78,7 @@ def explore(
     if export is not None:
         from stickslip.app.shipped import export as write
 
-        write(export)
-        print(export / "index.html", flush=True)
+        print(write(export), flush=True)
         return
     if preset is not None and model is not None:
         raise UsageError("give either --model or --preset")

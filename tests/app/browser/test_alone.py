@@ -11,6 +11,7 @@ from tests.app.browser.test_looks import violations
 
 import stickslip as ss
 from stickslip.app import live
+from stickslip.app.one_file import one_file
 from stickslip.app.page import preset_names
 from stickslip.app.shipped import export
 
@@ -24,12 +25,17 @@ class Quiet(SimpleHTTPRequestHandler):
 
 
 @pytest.fixture(scope="module")
-def folder_address(tmp_path_factory):
+def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page") / "explorer"
     some = {name: law for name, law in live.LAWS.items() if name != "stribeck"}
     with pytest.MonkeyPatch.context() as patch:  # each law is compiled
         patch.setattr(live, "LAWS", some)
-        export(folder)
+        assert export(folder) == folder / "index.html"
+    return folder
+
+
+@pytest.fixture(scope="module")
+def folder_address(folder):
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder.parent))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}/explorer/"
@@ -152,3 +158,33 @@ def test_the_motion_plays_and_the_tour_goes(alone):
     assert alone.state["model"]["alpha"] == 1.211
     alone.page.get_by_role("button", name="α = 1.208").click()
     alone.page.wait_for_function(ALL_SHOWN)
+
+
+def opened_as_a_file(browser, file):
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    explorer = Explorer(context.new_page(), file.as_uri())
+    explorer.page.goto(file.as_uri())
+    return explorer
+
+
+def test_one_file_opens_from_a_disk_and_computes(browser, folder, tmp_path):
+    page = tmp_path / "page.html"
+    page.write_text(one_file(folder), encoding="utf-8")
+    explorer = opened_as_a_file(browser, page)
+    explorer.page.wait_for_function("() => window.explorer")
+    explorer.page.wait_for_function(ALL_SHOWN)
+    explorer.page.evaluate("() => explorer.setParameter('V', 0.05)")
+    explorer.page.wait_for_function(CURRENT)
+    x, y = explorer.view("map", "[[...view.values.arrays.x], [...view.values.arrays.f]]")
+    expected = ss.event_map(ss.examples.coulomb(V=0.05))(np.array(x))
+    np.testing.assert_allclose(np.array(y, dtype=float), expected, rtol=1e-13, atol=2e-15)
+    assert not violations(explorer)
+    assert not explorer.complaints
+    explorer.shoot("one file")
+
+
+def test_a_folder_opened_as_a_file_says_what_it_needs(browser, folder):
+    explorer = opened_as_a_file(browser, folder / "index.html")
+    said = explorer.page.locator(".connection").text_content()
+    assert "from a web server" in said
+    assert "--export page.html" in said

@@ -51,7 +51,7 @@ export class Socket {
 export class Thread {
   /** @param {Parameters<Link["open"]>[0]} hears */
   open({ onopen, onpart }) {
-    this.worker = new Worker(new URL("live.js", import.meta.url), { type: "module" });
+    this.worker = new Worker("static/live.js", { type: "module" });
     this.worker.onmessage = ({ data }) => onpart(data);
     onopen();
   }

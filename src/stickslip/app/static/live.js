@@ -12,7 +12,7 @@ const NEWTON = 12;
 /** @typedef {{data: Record<string, any>, arrays?: Record<string, Numbers>}} Found */
 
 /** @type {Promise<Record<string, Law>>} */
-const laws = fetch(new URL("live/laws.json", import.meta.url)).then((reply) => reply.json());
+const laws = fetch("live/laws.json").then((reply) => reply.json());
 /** @type {Map<string, Promise<Engine>>} */
 const engines = new Map();
 
@@ -34,7 +34,7 @@ async function engineOf(model) {
 
 /** @param {string} name @param {Law} law */
 async function load(name, law) {
-  const reply = await fetch(new URL(`live/${name}.wasm`, import.meta.url));
+  const reply = await fetch(`live/${name}.wasm`);
   return new Engine(law, await WebAssembly.compile(await reply.arrayBuffer()));
 }
 

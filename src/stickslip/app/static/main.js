@@ -30,7 +30,7 @@ const ADDRESS_MS = 200;
 const MOST_PORTRAITS = 8;
 
 /** @param {string} path */
-const read = async (path) => (await fetch(new URL(path, location.href))).json();
+const read = async (path) => (await fetch(path)).json();
 
 /** The state that the address asks for: whole, by the name of a preset, or none. */
 function stateOfAddress(/** @type {Limits} */ limits, /** @type {Preset[]} */ presets) {

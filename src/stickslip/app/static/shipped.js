@@ -44,7 +44,7 @@ export class Shipped {
 
 /** @param {string} file @returns {Promise<Part[]>} */
 async function load(file) {
-  const reply = await fetch(new URL(`static/shipped/${file}`, location.href));
+  const reply = await fetch(`static/shipped/${file}`);
   if (!reply.ok || !reply.body) return [];
   const plain = reply.body.pipeThrough(new DecompressionStream("gzip"));
   return decoded(await new Response(plain).arrayBuffer());
