@@ -142,7 +142,7 @@ def _tell(
         print("\n".join(str(out / name) for name in (*TABLES, *PICTURES)))
     else:
         show_table(found.table())
-    for text in (*found.matched, f"chi2 = {found.chi2:.6g} for {found.n_free} free data"):
+    for text in (*found.matched, found.misfit_in_words):
         note(text, quiet=output.quiet)
     if found.message != "converged":
         note(found.message, quiet=output.quiet)

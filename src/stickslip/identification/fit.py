@@ -169,6 +169,14 @@ class Fit(Result):
         return float(np.sqrt(self.chi2 / self.n_free))
 
     @property
+    def misfit_in_words(self) -> str:
+        """`chi2`, or without any errors of the data the size of the residuals beside them."""
+        of = f"{self.n_free} free data"
+        if any(each.is_weighed for each in self.data):
+            return f"chi2 = {self.chi2:.6g} for {of}"
+        return f"residuals {self._size:.3g} per cent of the scatter of {of}"
+
+    @property
     def correlation(self) -> Floats:
         """Correlations of the estimates, (k, k); NaN of what is not determined."""
         errors = np.sqrt(np.diag(self.covariance))
@@ -316,7 +324,7 @@ class Fit(Result):
 
     def __repr__(self) -> str:
         """Headline, estimates, data."""
-        lines = [f"Fit: {self.message}, chi2 = {self.chi2:.6g} for {self.n_free} free data"]
+        lines = [f"Fit: {self.message}, {self.misfit_in_words}"]
         width = max(map(len, self.parameters))
         lines += [
             f"  {name:{width}s} = {value:.8g} +- {error:.2g}"

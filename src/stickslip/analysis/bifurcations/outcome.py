@@ -65,7 +65,7 @@ class LocalAttractor:
             return f"chaos{bands}"
         if self.kind in FAMILIES:
             return f"{self.kind} cycles of period {self.base} n + {self.offset} and their kin"
-        return "no attractor" if self.kind == "none" else "undecided"
+        return "no attractor nearby" if self.kind == "none" else "undecided"
 
 
 @part

@@ -48,7 +48,7 @@ def predicted_at_corner(
     >>> outcome.orbits, outcome.attractors
     ('born in pairs', 'chaotic')
     >>> print(predicted_at_corner(1.4, -5.0, direction=1).after)
-    no attractor
+    no attractor nearby
     """
     _check_direction(direction)
     a, b = left_slope, right_slope
