@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from stickslip import studies
 from stickslip.studies.den_hartog1931.claims import largest, steady, stops
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
+    one_harmonic,
     one_stop_amplitude,
     stop_boundary,
 )
@@ -42,7 +44,16 @@ def test_one_stop_in_each_half_period(frequency: float, forcing: float) -> None:
     assert largest(cycle) == pytest.approx(one_stop_amplitude(frequency, forcing), abs=1e-12)
 
 
+@pytest.mark.parametrize(("frequency", "forcing"), [(0.7, 2.0), (0.5, 1.8), (1.5, 1.6)])
+def test_one_harmonic_balances_force_and_friction(frequency: float, forcing: float) -> None:
+    a = one_harmonic(frequency, forcing)
+    t = (np.arange(4096) + 0.5) * 2.0 * np.pi / 4096  # of a cos(t): friction is sign(sin t)
+    friction = 2.0 * np.mean(np.sign(np.sin(t)) * np.exp(1j * t))
+    assert abs((1.0 - frequency**2) * a + friction) == pytest.approx(forcing, rel=1e-6)
+    assert math.isnan(one_harmonic(frequency, 1.27))
+
+
 @pytest.mark.slow
 def test_its_claims_hold() -> None:
     report = studies.check(source="den_hartog1931")
-    assert [claim.verdict for claim in report.claims] == ["holds"] * 3
+    assert [claim.verdict for claim in report.claims] == ["holds"] * 4

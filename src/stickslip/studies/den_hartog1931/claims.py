@@ -18,6 +18,7 @@ from stickslip.mechanics.model.contact import Harmonic
 from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
+    one_harmonic,
     one_stop_amplitude,
     stop_boundary,
 )
@@ -30,6 +31,7 @@ CLOSE: Final = 1e-12
 NO_STOP: Final = (0.7, 2.0)  # frequency and forcing
 ONE_STOP: Final = (0.5, 1.8)
 TWO_STOPS: Final = (0.2, 3.0)
+ABOVE: Final = (1.5, 5 / 3)
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def boundaries() -> tuple[Boundary, ...]:
 
 def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
     """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _amplitude, 2: _boundary, 3: _stops}, figures)
+    return claims_by_figure({1: _amplitude, 2: _boundary, 3: _stopping}, figures)
 
 
 def _amplitude() -> Iterator[Claim]:
@@ -126,6 +128,11 @@ def _boundary() -> Iterator[Claim]:
     )
 
 
+def _stopping() -> Iterator[Claim]:
+    yield from _stops()
+    yield from _one_harmonic()
+
+
 def _stops() -> Iterator[Claim]:
     counts = [stops(steady(*pair)) for pair in (NO_STOP, ONE_STOP, TWO_STOPS)]
     found, expected = largest(steady(*ONE_STOP)), one_stop_amplitude(*ONE_STOP)
@@ -145,6 +152,28 @@ def _stops() -> Iterator[Claim]:
             abs(found - expected) <= CLOSE,
         ),
         values=(_largest(*ONE_STOP, 3),),
+    )
+
+
+def _one_harmonic() -> Iterator[Claim]:
+    pairs = (NO_STOP, ONE_STOP, ABOVE)
+    stopped = stops(steady(*ONE_STOP))
+    apart = [one_harmonic(*pair) / largest(steady(*pair)) - 1.0 for pair in pairs]
+    told = ", ".join(
+        f"{off:+.1%} at frequency {frequency:g}, a/f = {forcing:.3g}"
+        for off, (frequency, forcing) in zip(apart, pairs, strict=True)
+    )
+    yield claim(
+        "den_hartog.one_harmonic",
+        3,
+        "the usual tool, beside",
+        "Balance of one harmonic misjudges amplitudes, and knows no stops",
+        Finding("it is off by more than a tenth", told, min(map(abs, apart)) > 0.1),
+        Finding(
+            "it has a motion without stops where the block stops in each half period",
+            f"amplitude {one_harmonic(*ONE_STOP):.4f}; stops in a period: {stopped}",
+            np.isfinite(one_harmonic(*ONE_STOP)) and stopped == 2,
+        ),
     )
 
 

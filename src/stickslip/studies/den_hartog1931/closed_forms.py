@@ -36,6 +36,12 @@ def amplitude(frequency: float, forcing: float) -> float:
     return math.sqrt(square)
 
 
+def one_harmonic(frequency: float, forcing: float) -> float:
+    """Amplitude by balance of one harmonic, of friction 4 / pi; NaN where there is none."""
+    square = forcing**2 - (4.0 / math.pi) ** 2
+    return math.sqrt(square) * abs(response(frequency)) if square > 0.0 else math.nan
+
+
 def stop_boundary(frequency: float) -> float:
     """Smallest forcing whose motion never stops."""
     return math.hypot(damping(frequency), _least_amplitude(frequency)) / abs(response(frequency))
