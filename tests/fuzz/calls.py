@@ -309,6 +309,7 @@ def at_point(d: Any) -> dict[str, dict[str, Any]]:
     names = ("__call__", "derivative", "value_and_derivative", "evaluate", "itinerary", "state")
     return {
         **{name: {"d": d} for name in names},
+        "begun": {"d": d},
         "iterate": {"d": d, "n": 2},
         "parameter_derivative": {"d": d, "name": "V"},
         "point": {"x": [0.9], "v": [0.2], "t": 0.0},

@@ -140,27 +140,27 @@ def test_each_block_may_have_a_law_of_its_own(explorer):
 
 def test_a_harmonic_force_and_a_start_that_is_chosen(explorer):
     explorer.show("preset=oscillator")
+    explorer.type_into("x", "0.1, 0.2")
+    assert "0 to 1 numbers" in explorer.page.locator(".controls > .error").text_content()
+    explorer.type_into("x", "0.1")
     explorer.page.get_by_label("harmonic forces").check()
     explorer.settle()
     explorer.type_into("forcing.amplitude", 0.3)
-    explorer.type_into("x", "0.4")
-    explorer.type_into("v", "-0.1")
+    explorer.type_into("d", 0.4)  # a point of the return map: the phase at which the block slips
     assert explorer.state["model"]["forcing"] == {"amplitude": 0.3, "frequency": 1, "phase": 0}
     law = ss.PoppStelter(gamma=3.0)
     force = ss.Harmonic(amplitude=0.3, frequency=1.0)
     model = ss.Oscillator(V=0.2, damping=0.05, friction=law, forcing=force)
-    motion = ss.simulate(model, x=[0.4], v=[-0.1], t_end=120.0)
+    motion = ss.simulate(*ss.return_map(model).begun(0.4), t_end=120.0)
     t, x = explorer.page.evaluate(
         "() => [[...explorer.clock.arrays.t], [...explorer.clock.arrays.x]]"
     )
     assert motion.x(np.array(t[:500]))[:, 0] == pytest.approx(x[:500], abs=1e-9)
     state = explorer.state
-    explorer.page.wait_for_function("() => location.hash.includes('v=-0.1')")
+    explorer.page.wait_for_function("() => location.hash.includes('d=0.4')")
     explorer.shoot("forced")
     explorer.show(explorer.page.evaluate("() => location.hash.slice(1)"))
     assert explorer.state == state
-    explorer.type_into("x", "0.1, 0.2")
-    assert "0 to 1 numbers" in explorer.page.locator(".controls > .error").text_content()
     explorer.type_into("forcing.frequency", -1)
     assert "frequency" in explorer.page.locator(".controls > .error").text_content()
     field = explorer.page.locator("input[name='forcing.frequency']")
@@ -316,7 +316,8 @@ def test_a_formula_of_ones_own(explorer):
     error = explorer.page.locator(".controls > .error")
     error.filter(has_text="'1 / (1 + a * s' ends where ) is expected").wait_for()
     assert field.get_attribute("aria-invalid") == "true"
-    assert explorer.panel("law").get_attribute("data-state") == "failed"
+    law_view = "explorer.views.find(({ id }) => id === 'law').panel.section.dataset"
+    explorer.page.wait_for_function(f"() => {law_view}.state === 'failed'")
     field.fill("1 / (1 + a * s)")
     field.press("Enter")
     assert field.evaluate("(field) => field === document.activeElement")
