@@ -57,11 +57,13 @@ from .mechanics.model.structure import Structure as Structure
 from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
 from .proofs.certify import certify as certify
+from .proofs.certify import certify_basins as certify_basins
 from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose
 from .results.files import load as load
 from .sweeps import observables as observables
 from .sweeps.job import axis as axis
+from .sweeps.propagate import propagate as propagate
 from .sweeps.sweep import open_sweep as open_sweep
 from .sweeps.sweep import sweep as sweep
 

@@ -24,6 +24,13 @@ def test_a_proof_is_written_and_checked(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["result"]["holds"] == [False]
 
 
+def test_the_help_says_what_is_written(capsys):
+    assert main(["certify", "--help"]) == 0
+    told = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "Write the certificate, a JSON file that stickslip verify checks." in told
+    assert "CSV" not in told
+
+
 def test_the_mechanism_of_a_jump_is_quoted_apart(tmp_path, capsys):
     path = tmp_path / "jump.json"
     command = f"certify --preset coulomb --jump 0.30184 --digits 12 --out {path}"

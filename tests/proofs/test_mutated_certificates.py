@@ -28,11 +28,21 @@ from stickslip.proofs.verify.words import Refused
 
 DIGITS = 8
 FAST, MANY = 250, 3000  # mutants of each kind
-SLOW = {"list": 30, "border": 30, "lost": 30}  # to confirm one of these takes seconds
+LONGEST = {"own list": 8}  # of its orbits; the check of longer ones takes minutes
+SLOW = {"list": 30, "border": 30, "lost": 12, "curves": 12, "basins": 15}  # each takes seconds
 
 
 def model(**changes):
     return ss.examples.coulomb(**changes)
+
+
+def own_map():
+    return ss.PiecewiseMap(
+        ["a - 1.1*x - 0.35*x**2", "0.55*x - 0.62", "sin(2*x)"],
+        (-1.5, 1.5),
+        parameters={"a": 0.45, "b": 0.2},
+        breakpoints=["b", 0.9],
+    )
 
 
 @functools.cache
@@ -58,11 +68,20 @@ def valid(kind):
         "lost": lambda: certify_branch(
             model(V=0.03697), 0.2794, 4, "V", (0.03697, 0.03698), digits=DIGITS
         ),
+        "curves": lambda: ss.certify_orbits(
+            model(), along="V", range=("0.0366", "0.0366001"), digits=DIGITS
+        ),
+        "basins": lambda: ss.certify_basins(model(), 0.1),
+        "own orbit": lambda: certify_orbit(own_map(), -0.238934, 2, digits=DIGITS),
+        "own list": lambda: ss.certify_orbits(own_map(), 3, digits=DIGITS),
     }[kind]()
     return json.loads(proof.text())
 
 
-KINDS = ("orbit", "unstable", "jump", "list", "border", "flip", "fold", "branch", "lost")
+KINDS = (
+    *("orbit", "unstable", "jump", "list", "border", "flip", "fold", "branch", "lost"),
+    *("curves", "basins", "own orbit", "own list"),
+)
 
 
 # ---------------------------------------------------------------- an independent reading
@@ -82,8 +101,25 @@ def system(document):
     return {name: float(Fraction(text)) for name, text in document["system"].items()}
 
 
+def can_be_computed(text, own):
+    """Whether no constant part of a formula, such as 1/0, has no value."""
+    try:
+        ss.PiecewiseMap(text, (0, 1), parameters=dict.fromkeys(own["parameters"], 0.5))
+    except ValueError as reason:
+        return "fails at character" not in str(reason)
+    return True
+
+
 def event_map(document, value=None):
     """The map in floating point, at a value of the varied parameter."""
+    own = document["system"]
+    if "branches" in own:
+        return ss.PiecewiseMap(
+            [text if can_be_computed(text, own) else "log(-1 - x**2)" for text in own["branches"]],
+            tuple(float(Fraction(end)) for end in own["domain"]),
+            parameters={name: float(Fraction(x)) for name, x in own["parameters"].items()},
+            breakpoints=own["breakpoints"],
+        )
     given = system(document)
     if value is not None:
         name = document["parameter"]
@@ -95,11 +131,18 @@ def event_map(document, value=None):
     )
 
 
+def itinerary(f, x):
+    """Of a map by formulas: the number of its branch, breakpoints outside the domain counted."""
+    if isinstance(f, ss.PiecewiseMap):
+        return str(np.searchsorted(f.func.edges(**f.parameters), x, side="right"))
+    return f.itinerary(x)
+
+
 def is_orbit(f, entry):
     points = [number(text)[0] for text in entry["points"]]
     x, slope = points[0], 1.0
     for k in range(entry["period"]):
-        if not agrees(entry["points"][k], x) or f.itinerary(x) != entry["itinerary"][k]:
+        if not agrees(entry["points"][k], x) or itinerary(f, x) != entry["itinerary"][k]:
             return False
         slope *= f.derivative(x)
         x = f(x)
@@ -206,12 +249,59 @@ def is_branch(document):
     return True
 
 
+def is_curves(document):
+    """Each branch, and as many orbits at a few values of the parameter."""
+    low, high = map(Fraction, document["range"])
+    for branch in document["branches"]:
+        told = branch | {"system": document["system"]}
+        ends = [Fraction(branch["nodes"][k][0]) for k in (0, -1)]
+        if ends != [low, high] or branch["lost"] or not is_branch(told):
+            return False
+    for share in (Fraction(1, 20), Fraction(1, 2), Fraction(19, 20)):
+        f = event_map(document, float(low + share * (high - low)))
+        if len(ss.periodic_orbits(f, document["max_period"])) != len(document["branches"]):
+            return False
+    return document["parameter"] in ("V", "mu")
+
+
+def is_basins(document):
+    """By iterating from points of all intervals and cells."""
+    f = event_map(document)
+    rows = [(*a["interval"], k) for k, a in enumerate(document["attractors"])]
+    rows += document["cells"]
+    low, high = (np.array([float(row[side]) for row in rows]) for side in (0, 1))
+    owner = np.array([row[2] for row in rows])
+    if (low < f.domain[0] - 1e-9).any() or (high > f.domain[1] + 1e-9).any():
+        return False
+    for share in (0.001, 0.3, 0.7, 0.999):
+        ends = f.iterate(low + share * (high - low), 3000)[:, -1]
+        for k, attractor in enumerate(document["attractors"]):
+            start, stop = map(float, attractor["interval"])
+            orbits = f.iterate(ends[owner == k], attractor["period"])
+            passed = ((start <= orbits) & (orbits <= stop))[:, :-1].sum(axis=1)
+            d = orbits[0][(start <= orbits[0]) & (orbits[0] <= stop)][:1]
+            if (passed != 1).any() or abs(orbits[:, 0] - orbits[:, -1]).max() > 1e-9:
+                return False
+            points = f.iterate(d[0], attractor["period"] - 1)
+            if [f.itinerary(x) for x in points] != attractor["itinerary"]:
+                return False
+    width = f.domain[1] - f.domain[0]
+    for k, attractor in enumerate(document["attractors"]):
+        at = np.linspace(*f.domain, 100_001)
+        mine = owner == k
+        inside = ((low[mine] <= at[:, None]) & (at[:, None] <= high[mine])).any(axis=1)
+        if float(attractor["share"]) > inside.mean() + 1e-4 * width:
+            return False
+    return True
+
+
 def is_true(document):
     """Whether floating point says what a document says."""
     claim = document["claim"]
     if claim == "orbit":
         return is_orbit(event_map(document), document)
     readings = {"jump": is_jump, "list": is_list, "branch": is_branch}
+    readings |= {"curves": is_curves, "basins": is_basins}
     return readings.get(claim, is_bifurcation)(document)
 
 
@@ -229,7 +319,11 @@ def test_the_reading_knows_what_is_true_and_what_is_not(kind):
         "flip": {"stable": "below"},
         "fold": {"exists": "above"},
         "branch": {"stable": False},
+        "curves": {"branches": document.get("branches", [])[:-1]},
+        "basins": {"attractors": [a | {"share": "0.5"} for a in document.get("attractors", [])]},
         "lost": {"lost": [border | {"exists": "above"} for border in document.get("lost", [])]},
+        "own orbit": {"itinerary": ["1", "0"]},
+        "own list": {"orbits": document.get("orbits", [])[:-1]},
     }
     assert not is_true(document | wrong[kind])
 
@@ -260,7 +354,7 @@ def leaves(value):
 
 def nudged(text, rng):
     """A text with one digit or sign changed, or a digit more or less."""
-    k = int(rng.integers(len(text)))
+    k = int(rng.integers(max(len(text), 1)))
     new = [str(rng.integers(10)), "", text[k] + str(rng.integers(10)), "-", "."][rng.integers(5)]
     return text[:k] + new + text[k + 1 :]
 
@@ -312,8 +406,9 @@ def examine(kind, number_of_mutants, seed):
         if rng.random() < 0.2:
             mutant = changed(mutant, rng)
         mutant = forged(mutant)
-        if mutant == valid(kind) or mutant.get("max_period", 1) in range(2, 33):
-            continue  # unchanged; a list of longer orbits, whose check takes minutes
+        longest = mutant.get("max_period", 1)
+        if mutant == valid(kind) or longest in range(LONGEST.get(kind, 1) + 1, 33):
+            continue
         try:
             said = check(mutant)
         except Refused as refusal:
@@ -395,6 +490,15 @@ FORGERIES = [
     ("lost", shortened, "branch ends at"),
     ("lost", lambda d: d["lost"].append(d["lost"][0]), "twice"),
     ("lost", lambda d: d["lost"][0].update(parameter="beta"), "another orbit"),
+    ("own list", double, "listed twice"),
+    ("own list", lambda d: d["orbits"].pop(), "missed"),
+    ("own list", lambda d: d["system"]["branches"].reverse(), "stated|missed"),
+    ("own list", lambda d: d.update(system=valid("list")["system"]), "itinerary|stated"),
+    ("list", lambda d: d.update(system=valid("own list")["system"]), "itinerary|stated"),
+    ("own orbit", lambda d: d["system"].update(breakpoints=["-0.3", "0.9"]), "itinerary"),
+    ("own orbit", lambda d: d["system"].update(domain=["-0.2", "1.5"]), "outside of the domain"),
+    ("own orbit", lambda d: d["itinerary"].reverse(), "itinerary"),
+    ("own orbit", lambda d: d.update(itinerary=[".- ..", ".- .."]), "itinerary"),
 ]
 
 

@@ -14,7 +14,7 @@ import flint
 
 import stickslip as ss
 from stickslip.proofs.certify import certify_bifurcation, certify_jump, certify_orbit
-from stickslip.proofs.verify import check, falling, motion, words
+from stickslip.proofs.verify import check, falling, formulas, motion, words
 from stickslip.proofs.verify.check import check_text
 from stickslip.proofs.verify.words import Refused
 
@@ -124,7 +124,7 @@ def test_what_is_no_certificate_is_refused(text):
 
 
 def test_it_shares_nothing_with_the_certifier_but_flint():
-    for module in (check, falling, motion, words):
+    for module in (check, falling, formulas, motion, words):
         for node in ast.walk(ast.parse(inspect.getsource(module))):
             if isinstance(node, ast.ImportFrom) and node.module.startswith("stickslip"):
                 assert node.module.startswith("stickslip.proofs.verify")
@@ -132,3 +132,19 @@ def test_it_shares_nothing_with_the_certifier_but_flint():
                 assert all(
                     name.name.split(".")[0] not in {"numpy", "stickslip"} for name in node.names
                 )
+
+
+@pytest.mark.parametrize("digits", [5, 12, 30])
+@pytest.mark.parametrize(("p", "q"), [(6, 11), (5, 11), (-6, 11), (1, 2), (9, 20), (2, 3)])
+def test_every_rational_number_can_be_written(p, q, digits):
+    with flint.ctx.workprec(300):
+        x = flint.arb(flint.fmpq(p, q)) + flint.arb(0, 1e-60)
+        text = words.rounded(x, digits)
+        assert words.ball(text).contains(x)
+    assert len(text.split()[0].lstrip("-0.")) <= digits + 3
+
+
+def test_a_ball_around_zero_is_written_as_zero():
+    assert words.rounded(flint.arb(1e-60, 1e-50), 5) == "0.0000 +/- 5e-5"
+    with pytest.raises(ValueError, match="fewer than 5 digits"):
+        words.rounded(flint.arb(0, 0.1), 5)

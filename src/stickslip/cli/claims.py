@@ -11,7 +11,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.options import OUTPUT, FileOptions, Flag, ModelOptions, OutputOptions, Whole
+from stickslip.cli.options import (
+    OUTPUT,
+    CertificateOptions,
+    Flag,
+    ModelOptions,
+    OutputOptions,
+    Whole,
+)
 from stickslip.cli.output import document, new_files, tracked
 from stickslip.cli.process import CLAIM_FAILED, DONE, ComputationError, UsageError
 from stickslip.files import checked_suffix, read_text
@@ -26,6 +33,9 @@ stickslip certify --preset law9 --alpha 1.209859796 --flip alpha \\
 stickslip certify --preset coulomb --orbit 0.27739 --period 4 \\
     --along V --range 0.0366 0.0372
 stickslip certify --preset coulomb --max-period 1 --json
+stickslip certify --preset coulomb --max-period 1 \\
+    --along V --range 0.0366 0.0372
+stickslip certify --preset coulomb --basins 0.99 --out basins.json
 """
 
 CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")
@@ -44,14 +54,16 @@ def certify(
     range: Annotated[tuple[float, float] | None, Parameter(negative=())] = None,
     jump: float | None = None,
     max_period: Whole | None = None,
+    basins: float | None = None,
     digits: Whole = 30,
-    file: FileOptions = FileOptions(),
+    file: CertificateOptions = CertificateOptions(),
     output: OutputOptions = OutputOptions(),
 ) -> int:
     """Prove in ball arithmetic what floating point found, for parameters exactly as written.
 
     Prints the theorem and its enclosures, or why nothing is proven; then the exit code is 1.
-    `--out` and `--json` give the certificate that `stickslip verify` checks again.
+    `--out` and `--json` give the certificate that `stickslip verify` checks again. Orbits of a map
+    of your own are proven in Python: `ss.certify_orbits(ss.PiecewiseMap("r*x*(1 - x)", ...))`.
 
     Parameters
     ----------
@@ -67,23 +79,25 @@ def certify(
     fold
         Prove instead that this orbit meets another one and vanishes as this parameter varies.
     along
-        Prove instead that this orbit exists, alone in a tube, for every value of this parameter in
-        a range; or up to where it is lost at a jump, and that it is lost there.
+        Prove it for every value of this parameter in a range: that an orbit exists, alone in a
+        tube, or up to where it is lost at a jump, and that it is lost there; a list; basins.
     range
-        The lowest and highest value; the model's own is between them.
+        The lowest and highest value; the model's own is between them if an orbit is followed.
     jump
         Prove the jump of the map near this d.
     max_period
         Prove the complete list of periodic orbits up to this period.
+    basins
+        Prove which starts tend to which orbits, for at least this share of the domain.
     digits
         Significant digits of the enclosures.
     """
     from stickslip.mechanics.model.arguments import two_blocks
     from stickslip.proofs import certify
 
-    asked = [value is not None for value in (orbit, jump, max_period)]
+    asked = [value is not None for value in (orbit, jump, max_period, basins)]
     if sum(asked) != 1:
-        raise UsageError("give one of --orbit, --jump and --max-period")
+        raise UsageError("give one of --orbit, --jump, --max-period and --basins")
     for option, d in (("--orbit", orbit), ("--jump", jump)):
         if d is not None and not isfinite(d):
             raise UsageError(f"{option} {d}: a finite number is needed")
@@ -91,8 +105,10 @@ def certify(
     varied = {kind: name for kind, name in kinds.items() if name is not None}
     if len(varied) + (along is not None) > 1:
         raise UsageError("give one of --border, --flip, --fold and --along")
-    if (varied or along) and orbit is None:
-        raise UsageError("--border, --flip, --fold, --along need the orbit: --orbit D --period P")
+    if varied and orbit is None:
+        raise UsageError("--border, --flip, --fold need the orbit: --orbit D --period P")
+    if along and jump is not None:
+        raise UsageError("--along goes with --orbit, --max-period or --basins, not with --jump")
     if (along is None) != (range is None):
         raise UsageError("--along and --range go together: --along V --range 0.0366 0.0372")
     why = "Proofs are about two equal blocks without damping."
@@ -105,7 +121,11 @@ def certify(
         if jump is not None:
             proof = certify.certify_jump(system, jump, digits=digits)
         elif max_period is not None:
-            proof = certify.certify_orbits(system, max_period, digits=digits)
+            proof = certify.certify_orbits(
+                system, max_period, along=along, range=range, digits=digits
+            )
+        elif basins is not None:
+            proof = certify.certify_basins(system, basins, along=along, range=range)
         elif orbit is not None and along and range:
             proof = certify.certify_branch(system, orbit, period, along, range, digits=digits)
         elif orbit is not None and varied:

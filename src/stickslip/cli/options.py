@@ -213,6 +213,15 @@ class FileOptions:
     """Replace the file if it exists."""
 
 
+@Parameter(name="*", group=OUTPUT)
+@dataclass(frozen=True, kw_only=True)
+class CertificateOptions(FileOptions):
+    """The file that a certificate goes to."""
+
+    out: Path | None = None
+    """Write the certificate, a JSON file that `stickslip verify` checks."""
+
+
 def _friction(written: tuple[str, ...], numbers: Mapping[str, float]) -> tuple[Any, set[str]]:
     """Return one law or several, and the names of the numbers that they took."""
     from stickslip.mechanics.friction.values import parse_law, taken

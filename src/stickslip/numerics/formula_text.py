@@ -17,7 +17,8 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from fractions import Fraction
+from functools import lru_cache, partial
 from typing import Any, Final
 
 from stickslip.checks import shown
@@ -27,6 +28,7 @@ from stickslip.numerics.expression import (
     Graph,
     NotTraceable,
     as_expression,
+    derivative,
     elementary,
     evaluate,
 )
@@ -37,6 +39,8 @@ MOST_NESTED: Final = 50
 MOST_PARAMETERS: Final = 20
 MOST_OPERATIONS: Final = 300  # powers written out count: compiling takes some 0.5 s for each
 LARGEST_EXPONENT: Final = 100
+MOST_EXPONENT_DIGITS: Final = 4  # with the sign, of a number taken exactly
+SPEED: Final = "s"  # the variable of friction laws, which is not negative: its modulus is itself
 DIGITS: Final = r"\d+(?:_\d+)*"
 TOKEN: Final = re.compile(
     r"\s*(?:(?P<whole>0[xX](?:_?[\da-fA-F])+|0[oO](?:_?[0-7])+|0[bB](?:_?[01])+)"
@@ -85,27 +89,51 @@ HINTS: Final = {
 
 @dataclass(frozen=True)
 class FormulaText:
-    """A formula in s and named parameters; called, it computes in the arithmetic of its arguments.
+    """A formula in a variable and parameters; called, it computes in its arguments' arithmetic.
 
     ValueError says what cannot be read, and where.
     """
 
     text: str
+    variable: str = SPEED
     _graph: Graph = field(init=False, compare=False, repr=False)
     _output: int = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Read the text once."""
-        parser = _Parser(self.text, Graph("s"), {})
+        parser = _Parser(self.text, Graph(self.variable), {})
         object.__setattr__(self, "_output", parser.whole().number)
         object.__setattr__(self, "_graph", parser.graph)
 
-    def __call__(self, s: Any, **values: Any) -> Any:
+    def __call__(self, s: Any, /, **values: Any) -> Any:
         """Compute it; of expressions, in their graph what a function would leave there."""
-        given = {"s": s, **values}
+        given = {self.variable: s, **values}
         if isinstance(s, Expression):
             return _Parser(self.text, s.graph, given).whole()
         return evaluate(self._graph, [self._output], given)[0]
+
+    def slope(self, by: str, s: Any, /, **values: Any) -> Any:
+        """Compute the derivative by the variable or a parameter."""
+        graph, output = _slope(self, by)
+        return evaluate(graph, [output], {self.variable: s, **values})[0]
+
+    def exactly(
+        self,
+        number: Callable[[Fraction], Any],
+        functions: Mapping[str, Callable[[Any], Any]],
+        s: Any,
+        /,
+        **values: Any,
+    ) -> Any:
+        """Compute it with the numbers as they are written, none of them rounded to a double."""
+        graph, output, numbers = _exact(self)
+        written = {text: number(value) for text, value in numbers.items()}
+        return evaluate(graph, [output], {self.variable: s, **written, **values}, functions)[0]
+
+    @property
+    def varies(self) -> bool:
+        """Whether it depends on its variable."""
+        return self._graph.varies[self._output]
 
     @property
     def __name__(self) -> str:
@@ -119,16 +147,34 @@ class FormulaText:
 
     @property
     def __signature__(self) -> inspect.Signature:
-        speed = inspect.Parameter("s", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        speed = inspect.Parameter(self.variable, inspect.Parameter.POSITIONAL_ONLY)
         others = (inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in self.names)
         return inspect.Signature([speed, *others])
 
 
-class _Parser:
-    """Descends through the grammar; `depth` bounds how far."""
+@lru_cache(maxsize=1000)
+def _slope(formula: FormulaText, by: str) -> tuple[Graph, int]:
+    """Return a graph with the derivative of a formula in it."""
+    graph = Graph(formula.variable)
+    term = _Parser(formula.text, graph, {}).whole()
+    return graph, derivative(term, graph.symbol(by)).number
 
-    def __init__(self, text: str, graph: Graph, given: Mapping[str, Value]) -> None:
+
+@lru_cache(maxsize=1000)
+def _exact(formula: FormulaText) -> tuple[Graph, int, dict[str, Fraction]]:
+    """Return the graph of a formula with symbols for its numbers, and these numbers."""
+    parser = _Parser(formula.text, Graph(formula.variable), {}, exact=True)
+    return parser.graph, parser.whole().number, parser.numbers
+
+
+class _Parser:
+    """Descends through the grammar; `depth` bounds how far; `exact` numbers become symbols."""
+
+    def __init__(
+        self, text: str, graph: Graph, given: Mapping[str, Value], *, exact: bool = False
+    ) -> None:
         self.text, self.graph, self.given = text, graph, given
+        self.exact, self.numbers = exact, dict[str, Fraction]()
         self.depth, self.place, self.names = 0, 0, {graph.variable}
         self.most_nodes = len(graph.nodes) + MOST_OPERATIONS
         if len(text) > MOST_CHARACTERS:
@@ -225,6 +271,11 @@ class _Parser:
         self.advance()
         if kind == "name":
             return self.named(token, start)
+        if self.exact:  # by its text, which no name begins like
+            if len(token.lower().partition("e")[2]) > MOST_EXPONENT_DIGITS and kind == "number":
+                raise self.wrong("has a number too long to be exact", start)
+            self.numbers[token] = Fraction(token if kind == "number" else int(token, base=0))
+            return self.graph.symbol(token)
         return self.made(start, float, token if kind == "number" else int(token, base=0))
 
     def named(self, name: str, start: int) -> Value:
@@ -232,6 +283,9 @@ class _Parser:
             if name not in FUNCTIONS:
                 known = f", which is no function. {did_you_mean(name, KNOWN)}"
                 raise self.wrong(f"calls {shown(name)}", start, f"{known} Products are written *.")
+            if name == "abs" and self.graph.variable != SPEED:
+                sides = ": name the breakpoint and write a formula for either side"
+                raise self.wrong(f"calls {name}, which is not smooth", start, sides)
             return self.made(start, FUNCTIONS[name], self.closed())
         if name in FUNCTIONS:
             raise self.wrong(f"names {name} without an argument", start, f": write {name}(...)")

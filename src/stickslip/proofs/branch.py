@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 from fractions import Fraction
+from functools import reduce
 from math import floor, log10
 from typing import Any, Final
 
@@ -29,6 +30,17 @@ ROUNDS: Final = 12  # of Newton's method, without proof
 SLIM: Final = 0.1  # radius of the tube, as a share of how far it runs in d
 CAUTION: Final = 3  # times its radius: what is proven of the tube, for balls are wider than jets
 FLAT: Final = 0.1  # a line of a smaller slope counts as one of this
+
+
+def in_tube(entries: dict[str, Any], low: Fraction, high: Fraction) -> arb:
+    """Enclose the first point of a branch between two values of the parameter."""
+    nodes = [(Fraction(p), Fraction(d)) for p, d in entries["nodes"]]
+    found = []
+    for ((p, d), (q, e)), radius in zip(itertools.pairwise(nodes), entries["radii"], strict=True):
+        if p <= high and q >= low:
+            line = (number(d + (e - d) * (x - p) / (q - p)) for x in (max(p, low), min(q, high)))
+            found += [x + arb(0, number(Fraction(radius)).upper()) for x in line]
+    return reduce(arb.union, found)
 
 
 class Tube:

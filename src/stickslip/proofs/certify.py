@@ -14,16 +14,20 @@ from flint import arb
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.curve import Curve
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.checks import finite_number, shown, whole_number
+from stickslip.proofs.basins import Basins
 from stickslip.proofs.branch import Tube
 from stickslip.proofs.certificate import Certificate, certificate, refusal
-from stickslip.proofs.complete import Survey
+from stickslip.proofs.complete import Endless, Survey
+from stickslip.proofs.formulas import FormulaMap, formula_map_values
 from stickslip.proofs.jet import outward, precision, variables
 from stickslip.proofs.jump import proven_border, proven_jump
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import MULTIPLIERS, proven_critical, proven_orbit
-from stickslip.proofs.power import Setting, step
+from stickslip.proofs.power import MapSetting, Region, Setting, step
 from stickslip.proofs.system import (
     Constant,
     Exact,
@@ -45,13 +49,14 @@ ExactValues: TypeAlias = Mapping[str, Exact] | None
 
 SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing lose
 MOST_BITS: Final = 2**20
+MOVES_THE_DOMAIN: Final = ("alpha", "beta")
 PAST_THE_END: Final = 0.01  # of a curve's range, where a breakpoint ends it
 
 
 @suggests
 def certify(
     found: object,
-    model: TwoBlock,
+    model: TwoBlock | PiecewiseMap,
     *,
     digits: int = 30,
     exact: ExactValues = None,
@@ -68,8 +73,9 @@ def certify(
         A border collision: that the orbit reaches a jump at one parameter value and crosses it
         transversally. A fold or flip: that the multiplier is 1 or -1 there, and the coefficients of
         the normal form.
-    model : TwoBlock
-        Undamped, with Coulomb friction or law (9). Its floats are read as the decimals that
+    model : TwoBlock or PiecewiseMap
+        Undamped, with Coulomb friction or law (9). Of a map of one's own, whose branches are given
+        as formulas, only orbits are proven. Floats are read as the decimals that
         Python prints for them: 1.2 is exactly 12/10, and the statement says so.
     digits : int, optional
         Significant digits of the enclosures.
@@ -104,13 +110,19 @@ def certify(
             f"found = {shown(found)} cannot be certified: give a PeriodicOrbit, a Curve of orbits, "
             "a Breakpoint or a Bifurcation"
         )
-    if isinstance(found, Curve):
-        return _certify_curve(found, model, digits, exact)
+    if isinstance(model, PiecewiseMap) and not isinstance(found, PeriodicOrbit):
+        raise ValueError(
+            f"found = {shown(found)} cannot be certified of a PiecewiseMap: only its orbits are "
+            "proven, one by one or in complete lists (certify_orbits)."
+        )
     if isinstance(found, PeriodicOrbit):
         if found.infinitely_unstable:
             raise ValueError("an infinitely unstable orbit is no orbit of f: certify its jump")
         start = found.points[0]
         return certify_orbit(model, start, found.period, digits=digits, exact=exact)
+    assert not isinstance(model, PiecewiseMap)
+    if isinstance(found, Curve):
+        return _certify_curve(found, model, digits, exact)
     if isinstance(found, Breakpoint):
         return certify_jump(model, found.d, digits=digits, exact=exact)
     if found.kind not in (*MULTIPLIERS, "border_collision"):
@@ -128,14 +140,19 @@ def certify(
 
 
 def certify_orbit(
-    model: TwoBlock, d: float, period: int = 1, *, digits: int = 30, exact: ExactValues = None
+    model: TwoBlock | PiecewiseMap,
+    d: float,
+    period: int = 1,
+    *,
+    digits: int = 30,
+    exact: ExactValues = None,
 ) -> Certificate:
     """Prove the periodic orbit through a point near d; see `certify`."""
-    values, digits, period = _checked(model, digits, exact, period)
+    values, digits, period = _checked(model, digits, exact, period, own=True)
     near = arb(finite_number("d", d))
 
     def prove() -> dict[str, Any]:
-        return proven_orbit(Setting(values), near, period, digits)[2]
+        return proven_orbit(_setting(values), near, period, digits)[2]
 
     return _proof("orbit", prove, values, digits)
 
@@ -197,12 +214,7 @@ def certify_branch(
     """
     values, digits, period = _checked(model, digits, exact, period)
     near = arb(finite_number("d", d))
-    _varied(model, parameter)
-    if law_of(values) is not Constant:
-        raise ValueError("branches are proven with Coulomb friction; certify the orbit at a value")
-    low, high = (fraction("range", end) for end in range)
-    for end in (low, high):
-        exact_parameters(model, {**(exact or {}), parameter: end})
+    low, high = _span(model, values, exact, parameter, range)
     setting = Setting(values, (parameter,))
     own = values[setting.names(parameter)[0]]
     if not low <= own <= high or low == high:
@@ -245,9 +257,11 @@ def _certify_curve(found: Curve, model: TwoBlock, digits: int, exact: ExactValue
 
 @suggests
 def certify_orbits(
-    model: TwoBlock,
+    model: TwoBlock | PiecewiseMap,
     max_period: int = 1,
     *,
+    along: str | None = None,
+    range: tuple[Exact, Exact] | None = None,
     digits: int = 30,
     exact: ExactValues = None,
 ) -> Certificate:
@@ -259,6 +273,9 @@ def certify_orbits(
         As for `certify`.
     max_period : int, optional
         Largest minimal period.
+    along, range : str and pair of numbers, optional
+        Prove it for every value of this parameter (V, mu, mu_1 or mu_2) between two, between
+        which no orbit appears or is lost: the list is one of branches. Coulomb friction only.
 
     Returns
     -------
@@ -276,17 +293,90 @@ def certify_orbits(
     >>> import stickslip as ss
     >>> ss.certify_orbits(ss.examples.coulomb()).proven  # at most three fixed points, and no other
     True
+
+    Of a map of one's own, by formulas:
+
+    >>> f = ss.PiecewiseMap(["0.5 - 2*x", "0.5 - 0.3*x"], (-1, 1), breakpoints=[0.0])
+    >>> proof = ss.certify_orbits(f, max_period=2)
+    >>> proof.enclosures["orbits[0].points[0]"], len(proof.document["orbits"])
+    ('0.384615384615384615384615384615 +/- 5e-31', 1)
     """
     values, digits, max_period = _checked(
-        model, digits, exact, max_period, name="max_period", at_most=LONGEST_LISTED
+        model, digits, exact, max_period, name="max_period", at_most=LONGEST_LISTED, own=True
     )
+    region, stated = _region(model, values, exact, along, range)
 
     def prove() -> dict[str, Any]:
-        found = Survey(Setting(values), max_period, digits)
+        found = Survey(region, max_period, digits)
         undecided = [[repr(low), repr(high)] for low, high in found.undecided]
-        return {"max_period": max_period, "orbits": found.orbits, "undecided": undecided}
+        if not along:
+            return {"max_period": max_period, "orbits": found.orbits, "undecided": undecided}
+        return {**region.entries(), "max_period": max_period, "branches": found.orbits}
 
-    return _proof("list", prove, values, digits)
+    claim, factors = ("curves", (1,)) if along else ("list", (1, 2, 4))
+    return _proof(claim, prove, stated, digits, factors)
+
+
+@suggests
+def certify_basins(
+    model: TwoBlock,
+    share: float = 0.999,
+    *,
+    along: str | None = None,
+    range: tuple[Exact, Exact] | None = None,
+    max_period: int = 8,
+    digits: int = 12,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove which starts tend to which orbits, for nearly all of the domain.
+
+    Parameters
+    ----------
+    model, exact
+        As for `certify`; Coulomb friction only.
+    share : float, optional
+        Of the length of the domain, how much is asked for.
+    along, range : str and pair of numbers, optional
+        Prove it for every value of this parameter (V, mu, mu_1 or mu_2) between two.
+    max_period : int, optional
+        Longest period of the orbits that are looked for; those that attract are proven.
+    digits : int, optional
+        Significant digits that are computed with; ends of intervals have 12 decimals.
+
+    Returns
+    -------
+    Certificate
+        Its document holds, for each orbit, an interval in which it attracts all, and cells: each
+        is mapped into what comes before it. Not proven if that is less than asked for.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> proof = ss.certify_basins(ss.examples.coulomb(), 0.16)  # 0.999 takes 15 s
+    >>> [attractor["share"] for attractor in proof.document["attractors"]]
+    ['0.159912', '0.003431']
+    """
+    share = finite_number("share", share, above=0.0, at_most=1.0)
+    values, digits, max_period = _checked(model, digits, exact, max_period, name="max_period")
+    region, stated = _region(model, values, exact, along, range)
+    _of_constant_friction(values, "basins are")
+    middle = model.replace(**{along: float(region.middle)}) if along else model
+    orbits = [(o.points[0], o.period) for o in periodic_orbits(middle, max_period) if o.stable]
+
+    def prove() -> dict[str, Any]:
+        if not orbits:
+            raise Undecided(f"no orbit of period up to {max_period} attracts")
+        found = Basins(region, orbits, share)
+        if found.share < share:
+            raise Undecided(f"only {found.share:.6f} of the domain is shown to tend to an orbit")
+        return found.entries()
+
+    return _proof("basins", prove, stated, digits, factors=(1,))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -414,19 +504,71 @@ def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
         raise ValueError(f"d = {d} is outside the domain |d| <= {end.str(12, radius=False)}")
 
 
+def _setting(values: dict[str, Any]) -> MapSetting:
+    return FormulaMap(values) if "branches" in values else Setting(values)
+
+
 def _checked(
-    model: TwoBlock,
+    model: TwoBlock | PiecewiseMap,
     digits: int,
     exact: ExactValues,
     period: int = 1,
     *,
     name: str = "period",
     at_most: int = LONGEST_PERIOD,
-) -> tuple[dict[str, Fraction], int, int]:
-    """Return the exact parameters, the digits and the period."""
+    own: bool = False,
+) -> tuple[dict[str, Any], int, int]:
+    """Return the exact parameters, the digits and the period; `own` maps where those are proven."""
     period = whole_number(name, period, at_most=at_most)
     digits = whole_number("digits", digits, 5, at_most=1000)
+    if own and isinstance(model, PiecewiseMap):
+        return formula_map_values(model, exact), digits, period
     return exact_parameters(model, exact), digits, period
+
+
+def _span(
+    model: TwoBlock,
+    values: dict[str, Fraction],
+    exact: ExactValues,
+    parameter: str,
+    range: tuple[Exact, Exact],
+) -> tuple[Fraction, Fraction]:
+    """Return the ends of a parameter's interval; each must be a legal value."""
+    _varied(model, parameter)
+    _of_constant_friction(values, "branches are")
+    low, high = (fraction("range", end) for end in range)
+    for end in (low, high):
+        exact_parameters(model, {**(exact or {}), parameter: end})
+    return low, high
+
+
+def _region(
+    model: TwoBlock | PiecewiseMap,
+    values: dict[str, Any],
+    exact: ExactValues,
+    along: str | None,
+    range: tuple[Exact, Exact] | None,
+) -> tuple[Region, dict[str, Any]]:
+    """Return where something is proven, and the parameters that are the same everywhere there."""
+    if (along is None) != (range is None):
+        raise ValueError("along and range go together: along='V', range=(0.0366, 0.0372)")
+    if along is None or range is None:
+        return Region(_setting(values)), values
+    if isinstance(model, PiecewiseMap):
+        raise ValueError("along: a map of one's own is certified at one value of its parameters")
+    if along in MOVES_THE_DOMAIN:
+        raise ValueError(f"along = {along!r} is not allowed: as it varies, the domain does, too")
+    low, high = _span(model, values, exact, along, range)
+    if not low < high:
+        raise ValueError(f"range = ({range[0]}, {range[1]}): the lower end comes first")
+    setting = Setting(values, (along,))
+    stated = {name: v for name, v in values.items() if name not in setting.replaced}
+    return Region(setting, (low, high)), stated
+
+
+def _of_constant_friction(values: dict[str, Fraction], what: str) -> None:
+    if law_of(values) is not Constant:
+        raise ValueError(f"{what} proven with Coulomb friction alone; certify orbits of law (9)")
 
 
 def _varied(model: TwoBlock, parameter: str) -> None:
@@ -438,18 +580,19 @@ def _varied(model: TwoBlock, parameter: str) -> None:
 def _proof(
     claim: str,
     prove: Callable[[], dict[str, Any]],
-    values: dict[str, Fraction],
+    values: dict[str, Any],
     digits: int,
     factors: tuple[int, ...] = (1, 2, 4),
 ) -> Certificate:
     """Run a proof with enough bits; more of them if they turn out too few."""
-    system = {name: decimal(value) for name, value in values.items()}
+    numbers = {n: decimal(value) for n, value in values.items() if isinstance(value, Fraction)}
+    system = {**values, **numbers}
     reason: Exception = Undecided("")
     for factor in factors:
         with precision(factor * (int(digits * 7) + SPARE_BITS)):
             try:
                 return certificate(claim, system, digits, prove())
-            except NoZero as error:
+            except (NoZero, Endless) as error:
                 return refusal(error, digits)
             except (Undecided, ValueError) as error:
                 reason = error

@@ -88,19 +88,25 @@ class Jet:
     def reciprocal(self) -> Jet:
         """1 / u; not finite where the range contains 0."""
         inverse = 1 / self.range
-        return self._chain(1 / self.centre, inverse, -inverse * inverse)
+        return self.chain(1 / self.centre, inverse, -inverse * inverse)
 
     def sqrt(self) -> Jet:
         """Root of a positive quantity."""
         root = self.range.sqrt()
-        return self._chain(self.centre.sqrt(), root, HALF / root)
+        return self.chain(self.centre.sqrt(), root, HALF / root)
 
     def sin_cos(self) -> tuple[Jet, Jet]:
         """Sine and cosine."""
         (s, c), (sine, cosine) = self.centre.sin_cos(), self.range.sin_cos()
-        return self._chain(s, sine, cosine), self._chain(c, cosine, -sine)
+        return self.chain(s, sine, cosine), self.chain(c, cosine, -sine)
 
-    def _chain(self, centre: arb, range: arb, slope: arb) -> Jet:
+    def __pow__(self, exponent: arb) -> Jet:
+        """Raise to a constant power."""
+        slope = exponent * power(self.range, exponent - 1)
+        return self.chain(power(self.centre, exponent), power(self.range, exponent), slope)
+
+    def chain(self, centre: arb, range: arb, slope: arb) -> Jet:
+        """Apply a function: its values at the centre and on the range, its slopes there."""
         return Jet(centre, range, tuple(slope * a for a in self.gradient), self.box)
 
     def vague(self, among: arb) -> Jet:
@@ -110,6 +116,21 @@ class Jet:
 
 
 Number: TypeAlias = Any  # arb, Jet, or a germ of either
+
+
+def power(x: arb, exponent: arb) -> arb:
+    """x^exponent; of a ball that holds 0, its part where there is a real power."""
+    whole = exponent.unique_fmpz() if exponent.is_exact() else None
+    if whole is not None:
+        n = abs(int(whole))
+        result, square = arb(1), x
+        while n:
+            result = result * square if n % 2 else result
+            square, n = (square * square).nonnegative_part(), n // 2
+        return result if exponent >= 0 else 1 / result
+    if exponent > 0 and not x > 0 and x.upper() >= 0:
+        return arb(0).union(x.upper() ** exponent)
+    return x**exponent
 
 
 def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:

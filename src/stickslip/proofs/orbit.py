@@ -10,9 +10,7 @@ from flint import arb
 from stickslip.proofs.germ import Germ, germ
 from stickslip.proofs.jet import Jet, precision, variables
 from stickslip.proofs.newton import nearer, zero
-from stickslip.proofs.power import Setting, step
-from stickslip.proofs.system import law_of
-from stickslip.proofs.taylor import Falling
+from stickslip.proofs.power import MapSetting, Setting, step
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
@@ -22,7 +20,7 @@ CRITICAL_RADII: Final = tuple(10.0**-k for k in range(5, 20, 3))
 FORM_BITS: Final = 112  # beyond the digits of the normal form
 
 
-def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
+def closing(setting: MapSetting, period: int) -> Callable[[list[Jet]], list[Jet]]:
     """Return f^period(d) - d as a function of a box, where the itinerary can be proven."""
 
     def equations(box: list[Jet]) -> list[Jet]:
@@ -37,14 +35,12 @@ def closing(setting: Setting, period: int) -> Callable[[list[Jet]], list[Jet]]:
 
 
 def proven_orbit(
-    setting: Setting, near: arb, period: int, digits: int
+    setting: MapSetting, near: arb, period: int, digits: int
 ) -> tuple[arb, arb, dict[str, Any]]:
     """Prove the orbit through a point: its point, the ball where it is alone, its entries."""
     target = arb(10) ** (-digits - 12)
     (point,), (box,) = zero(closing(setting, period), [near], RADII, target=target)
-    # What the second program confirms: it follows law (9) without the mean value form.
-    shares = (10**7, 10**8) if law_of(setting.values) is Falling else (100, 1000, 10000)
-    for share in shares:
+    for share in setting.shares:
         alone = f"{float(box.rad()) / share:.0e}"
         ball = point + arb(0, 2 * arb(alone).upper())
         if box.contains_interior(ball):
@@ -54,14 +50,16 @@ def proven_orbit(
     raise Undecided("the orbit is too near the end of the interval in which it is alone")
 
 
-def _contracts(setting: Setting, ball: arb, period: int) -> bool:
+def _contracts(setting: MapSetting, ball: arb, period: int) -> bool:
     """Whether f^period brings all points of a ball closer to each other."""
     (x,) = variables([ball.mid()], [ball.rad()])
     (value,) = closing(setting, period)([x])
     return bool(abs(value.gradient[0] + 1) < 1)
 
 
-def _entries(setting: Setting, point: arb, period: int, digits: int, alone: str) -> dict[str, Any]:
+def _entries(
+    setting: MapSetting, point: arb, period: int, digits: int, alone: str
+) -> dict[str, Any]:
     """Describe an orbit whose existence near a point is proven."""
     (x,) = variables([point.mid()], [point.rad()])
     points, words = [], []
@@ -116,7 +114,7 @@ def proven_critical(
 
 
 def _round(
-    setting: Setting, box: Sequence[Jet], period: int, order: int
+    setting: MapSetting, box: Sequence[Jet], period: int, order: int
 ) -> tuple[list[Germ], Germ, list[str]]:
     """Follow an orbit once, with derivatives in its first point up to an order."""
     d, *parameters = box

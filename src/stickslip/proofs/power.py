@@ -8,14 +8,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar, Protocol, cast
 
 from flint import arb
 
 from stickslip.proofs.flow import Piece, images
 from stickslip.proofs.germ import Germ, germ, like, principal
 from stickslip.proofs.jet import Jet, Number, variables
-from stickslip.proofs.system import System, law_of, number
+from stickslip.proofs.system import System, decimal, law_of, number
+from stickslip.proofs.taylor import Falling
+from stickslip.proofs.verify.cover import WEIGHT
+
+
+class MapSetting(Protocol):
+    """A map whose parameters are exact, or coordinates of a box."""
+
+    @property
+    def coarse(self) -> float:
+        """Radius above which boxes are halved rather than followed along all possibilities."""
+
+    @property
+    def shares(self) -> Sequence[int]:
+        """Parts of a box to try, in which the second program may tell that an orbit is alone."""
+
+    def boxes(self, n: int) -> list[arb]:
+        """Cut the domain into so many intervals, which overlap."""
+
+    def images(
+        self, d: Number, parameters: Sequence[Jet], *, forks: int, at_touch: bool
+    ) -> list[Piece]:
+        """Return the map on a box: one piece for each itinerary, as `flow.images`."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +46,7 @@ class Setting:
 
     values: dict[str, Fraction]
     varied: tuple[str, ...] = ()  # coordinates of the box, behind d; ``mu`` is both blocks'
+    coarse: ClassVar[float] = 1e-3
 
     def names(self, varied: str) -> tuple[str, ...]:
         """Names in `values` that a varied parameter stands for: its own, or both blocks'."""
@@ -43,9 +66,77 @@ class Setting:
         first, second = (law(*(given[f"{n}_{i}"] for n in law._fields)) for i in (1, 2))
         return System(given["alpha"], given["beta"], given["V"], (first, second))
 
+    @property
+    def end(self) -> Fraction:
+        """Where the domain ends, if no parameter that moves it varies."""
+        return (1 + self.values["beta"]) / (1 + 2 * self.values["alpha"])
+
+    @property
+    def shares(self) -> Sequence[int]:
+        """Of the box; the second program follows law (9) without the mean value form."""
+        return (10**7, 10**8) if law_of(self.values) is Falling else (100, 1000, 10000)
+
+    def boxes(self, n: int) -> list[arb]:
+        """Cut the domain; balls round outward, so that nothing lies between neighbours."""
+        end = number(self.end)
+        return [end * arb(k, 1) / n for k in range(1 - n, n, 2)]
+
+    def images(
+        self, d: Number, parameters: Sequence[Jet], *, forks: int, at_touch: bool
+    ) -> list[Piece]:
+        """Follow the motion."""
+        return images(self.system(parameters, d), d, forks=forks, at_touch=at_touch)
+
+
+@dataclass(frozen=True)
+class Region:
+    """A system at one value of its parameters, or at every value of the varied one in a span."""
+
+    setting: Any  # a map's; a system's if a parameter varies
+    span: tuple[Fraction, ...] = ()  # its two ends
+
+    @property
+    def middle(self) -> Fraction:
+        """Middle of the span."""
+        return sum(self.span, Fraction(0)) / 2
+
+    @property
+    def fixed(self) -> MapSetting:
+        """The system at the middle of the span."""
+        if not self.span:
+            return cast(MapSetting, self.setting)
+        names = (each for name in self.setting.varied for each in self.setting.names(name))
+        return Setting({**self.setting.values, **dict.fromkeys(names, self.middle)})
+
+    def halves(self) -> list[Region]:
+        """Cut the span in two."""
+        low, high = self.span
+        return [replace(self, span=pair) for pair in ((low, self.middle), (self.middle, high))]
+
+    def cut(self, d: arb) -> list[tuple[Region, arb]]:
+        """Halve the span or an interval of d, whichever is wider."""
+        if self.span and WEIGHT * (self.span[1] - self.span[0]) > 2 * Fraction(float(d.rad())):
+            return [(half, d) for half in self.halves()]
+        half = d.rad() / 2
+        return [(self, d.mid() + sign * half + arb(0, half)) for sign in (-1, 1)]
+
+    def around(self, d: arb) -> tuple[Jet, list[Jet]]:
+        """Return d and the varied parameter as coordinates of a box."""
+        balls = [d]
+        if self.span:
+            balls.append(number(self.span[0]).union(number(self.span[1])))
+        x, *parameters = variables([b.mid() for b in balls], [b.rad() for b in balls])
+        return x, parameters
+
+    def entries(self) -> dict[str, Any]:
+        """Describe what varies, for a certificate."""
+        if not self.span:
+            return {}
+        return {"parameter": self.setting.varied[0], "range": [decimal(x) for x in self.span]}
+
 
 def step(
-    setting: Setting,
+    setting: MapSetting,
     d: Jet | Germ,
     parameters: Sequence[Jet] = (),
     *,
@@ -57,12 +148,12 @@ def step(
     Of a germ, for higher derivatives in the first start, the value is a germ.
     """
     first = principal(d)
-    middle = first.centre.mid()
+    middle = (first.centre if first.centre.is_finite() else first.range).mid()
     centres = [middle, *(p.centre for p in parameters)]
     widths = [(x.range - c).abs_upper() for x, c in zip((first, *parameters), centres, strict=True)]
     start, *local = variables(centres, widths)
     kind = start if isinstance(d, Jet) else germ(start, len(d.coefficients) - 1)
-    pieces = images(setting.system(local, kind), kind, forks=forks, at_touch=at_touch)
+    pieces = setting.images(kind, local, forks=forks, at_touch=at_touch)
     return [_composed(piece, d, middle, parameters) for piece in pieces]
 
 

@@ -17,7 +17,7 @@ from stickslip.proofs.taylor import Falling, TaylorStep
 from stickslip.proofs.wave import Wave
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.model.two_block import TwoBlock
+    pass
 
 Exact: TypeAlias = str | int | float | Fraction | Decimal
 
@@ -85,10 +85,10 @@ def number(value: Fraction) -> arb:
 
 
 def exact_parameters(
-    model: TwoBlock, exact: Mapping[str, Exact] | None = None
+    system: object, exact: Mapping[str, Exact] | None = None
 ) -> dict[str, Fraction]:
     """Return a model's parameters exactly, floats as printed; `exact` ones replace them."""
-    two_blocks(model, why="Proofs are about the event map of two equal blocks.")
+    model = two_blocks(system, why="Proofs are about the event map of two equal blocks.")
     if exact is not None:
         instance("exact", exact, Mapping, 'values by name, such as {"alpha": "1.2"}')
     laws = model.friction if isinstance(model.friction, tuple) else (model.friction,) * 2

@@ -1,12 +1,22 @@
 """Cycles proposed by recurrences: what is left out together must be none for each alone."""
 
+import math
+
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.analysis.known_maps import logistic
 
 from stickslip.analysis.attractors.lyapunov import advance
-from stickslip.analysis.attractors.recurrence import NEUTRAL, confirmed, promising
+from stickslip.analysis.attractors.recurrence import (
+    NEUTRAL,
+    ROUNDING,
+    TWIN,
+    capture_radius,
+    confirmed,
+    promising,
+)
 
 MOVED = 0.02
 
@@ -34,3 +44,20 @@ def test_repelling_cycles_and_wandering_starts_are_left_out():
 def test_few_starts_are_not_looked_at():
     assert promising(logistic(3.9), [np.array([0.5])], MOVED) == [0]
     assert promising(logistic(3.9), [], MOVED) == []
+
+
+@pytest.mark.parametrize(("r", "period"), [(2.9, 1), (3.5001, 4), (3.84, 3), (3.7389, 5)])
+def test_a_capture_radius_is_the_first_of_the_halved_ones_that_comes_closer(r, period):
+    f = logistic().replace(r=r)
+    cycle = confirmed(f, advance(f, np.array([0.5]), 3000)[0, -period:])
+    assert cycle.stable
+    share = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
+    turns, radius = math.ceil(math.log(TWIN) / math.log(share)), 0.02
+    beside = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
+    while True:
+        x = np.clip(cycle.points[0] + radius * beside, 0.0, 1.0)
+        off = np.abs(np.stack([x, advance(f, x, turns * period)[:, -1]]) - cycle.points[0])
+        if (off[1] <= share**turns * off[0] + ROUNDING).all():
+            break
+        radius *= 0.5
+    assert capture_radius(f, cycle) == radius

@@ -5,10 +5,17 @@ import pytest
 from tests.analysis.known_maps import border_collision, logistic, tent
 
 from stickslip import examples
-from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.bifurcations.bifurcations import (
+    N_LISTS,
+    bifurcations,
+    bifurcations_of,
+)
+from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.diagrams.diagram import Diagram
-from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.diagrams.diagrams import bifurcation_diagram, diagram_of
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram as of_a_system
+from stickslip.analysis.work import Work
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.results.files import load
 
@@ -28,6 +35,14 @@ def doubling():
 def window():
     """Logistic map around the birth of its 3-cycles."""
     return bifurcation_diagram(logistic(), "r", np.linspace(3.80, 3.86, 121), max_period=3)
+
+
+def test_one_survey_serves_a_diagram_and_a_list():
+    f, values = logistic(), np.linspace(2.98, 3.02, 41)
+    survey = Survey(Family(f, "r"), 2.98, 3.02, 2)
+    survey.run(N_LISTS)
+    assert diagram_of(survey, values, Work()) == bifurcation_diagram(f, "r", values, max_period=2)
+    assert bifurcations_of(survey, Work().tell) == bifurcations(f, "r", (2.98, 3.02), max_period=2)
 
 
 def two_cycle(r):

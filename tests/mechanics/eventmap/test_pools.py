@@ -19,6 +19,7 @@ from stickslip.mechanics.eventmap.lanes import (
     LaneBackend,
     PoolBackend,
 )
+from stickslip.mechanics.flow.lanes import layout
 from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
 from stickslip.mechanics.flow.lanes.pair import pair_numbers
 from stickslip.mechanics.flow.lanes.text import lane_kernels
@@ -263,6 +264,19 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split("\n")[:2] == [repr(value), "1 0"]
+
+
+def test_the_masses_are_those_of_the_reduced_plant():
+    blocks = ss.Blocks(
+        mass=[1.3, 0.7],
+        stiffness=[[2, -1], [-1, 3]],
+        V=0.1,
+        static=[1, 1.2],
+        friction=ss.Coulomb(0.3),
+    )
+    for plant in (ss.examples.law9().plant, blocks.plant):
+        mass = pair_numbers(plant)[0, layout.MASS : layout.MASS + 2]
+        np.testing.assert_array_equal(mass, plant.reduced.mass)
 
 
 @pytest.mark.slow  # compiles a step

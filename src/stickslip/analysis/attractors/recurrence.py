@@ -187,13 +187,18 @@ def _radius_of_approach(
     """Halve a distance from ``cycle.points[0]`` until points at shares of it come closer, or 0."""
     low, high = f.domain
     centre, radius, width = cycle.points[0], largest * (high - low), high - low
-    while radius > 1e-12 * width:
-        trial = np.clip(centre + radius * shares, low, high)
-        last = advance(f, trial, turns * cycle.period)[:, -1]
+    smallest, together = 1e-12 * width, 1
+    while radius > smallest:
+        radii = radius * 0.5 ** np.arange(together)
+        trial = np.clip(centre + radii[:, None] * shares, low, high)
+        last = advance(f, trial.ravel(), turns * cycle.period)[:, -1].reshape(trial.shape)
         allowed = _share_left(cycle) ** turns * np.abs(trial - centre) + ROUNDING * width
-        if np.all(np.abs(last - centre) <= allowed):
-            return float(radius)
-        radius *= 0.5
+        closer = np.all(np.abs(last - centre) <= allowed, axis=1)
+        found = radii[closer & (radii > smallest)]
+        if found.size:
+            return float(found[0])
+        # Many points take hardly longer than a few.
+        radius, together = 0.5 * radii[-1], 2 * together
     return 0.0
 
 

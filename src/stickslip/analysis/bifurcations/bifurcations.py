@@ -144,7 +144,13 @@ def bifurcations(
     survey = Survey(family, lo, hi, max_period, work.part(0.0, HALF))
     count = N_LISTS if n_lists is None else n_lists
     survey.run(whole_number("n_lists", count, 3, at_most=MOST_KEPT))
-    report = _Report(survey, f, work.tell)
+    return bifurcations_of(survey, work.tell)
+
+
+def bifurcations_of(survey: Survey, tell: Callable[[float], None]) -> BifurcationList:
+    """Locate and explain what a survey of a range has found."""
+    f = survey.family.f
+    report = _Report(survey, f, tell)
     found = report.made()
     return _with_mechanisms(found, report) if hasattr(f, "explain_break") else found
 

@@ -13,12 +13,10 @@ from stickslip.analysis.attractors.along import Motion, Settler
 from stickslip.analysis.attractors.attractors import attractors as all_attractors
 from stickslip.analysis.attractors.attractors import spread_points
 from stickslip.analysis.bifurcations.bifurcation import attempted
+from stickslip.analysis.bifurcations.bifurcations import N_LISTS
 from stickslip.analysis.bifurcations.explain import concerned_orbits
-from stickslip.analysis.bifurcations.in_space.bifurcations_nd import (
-    N_LISTS,
-    N_STARTS,
-    OrbitSurvey,
-)
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_LISTS as N_LISTS_ND
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_STARTS, OrbitSurvey
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
@@ -43,6 +41,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.diagrams.orbit_curves import SampledOrbit
     from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
 
+ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
@@ -60,7 +59,7 @@ def bifurcation_diagram(
     *,
     max_period: int = 4,
     window: tuple[float, float] | None = None,
-    iterates: int = 64,
+    iterates: int = ITERATES,
     attractors: bool = True,
     n_lists: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -136,7 +135,7 @@ def bifurcation_diagram(
     max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
     iterates = whole_number("iterates", iterates, 1, at_most=MOST_KEPT)
     if n_lists is None:
-        n_lists = N_LISTS if in_space else 24
+        n_lists = N_LISTS_ND if in_space else N_LISTS
     n_lists = whole_number("n_lists", n_lists, 2, at_most=MOST_KEPT)
     attractors = flag("attractors", attractors)
     work = Work(progress, partial)
@@ -153,20 +152,20 @@ def bifurcation_diagram(
             if values.size < 2:
                 raise KeyboardInterrupt
     with work.until_interrupted():
-        return _evaluated(survey, values, iterates, attractors=attractors, work=work)
+        return diagram_of(survey, values, work, iterates=iterates, attractors=attractors)
     few = values[:: max(1, len(values) // AT_LEAST)]
-    found = _evaluated(survey, few, iterates, attractors=attractors, work=Work())
+    found = diagram_of(survey, few, Work(), iterates=iterates, attractors=attractors)
     told = f"interrupted: {len(few)} of {len(values)} values"
     return replace(found, unresolved=(*found.unresolved, told))
 
 
-def _evaluated(
+def diagram_of(
     survey: Survey | OrbitSurvey,
     values: Floats,
-    iterates: int,
-    *,
-    attractors: bool,
     work: Work,
+    *,
+    iterates: int = ITERATES,
+    attractors: bool = True,
 ) -> Diagram:
     """Evaluate the curves of a survey at ascending values, and look for attractors there."""
     family: Any = survey if isinstance(survey, OrbitSurvey) else survey.family

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import FIRST_STEP, complex_step, extrapolated_difference
+from stickslip.analysis.maps.formulas import VARIABLE, Formulas, formulas_of
 from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points, iterate
 from stickslip.analysis.maps.user_function import (
     Function,
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels
     from stickslip.checks import Many
 
-Breakpoints: TypeAlias = Sequence[float] | Callable[..., Sequence[float]]
+Breakpoints: TypeAlias = Sequence[float | str] | Callable[..., Sequence[float]]
 
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
 GOLDEN: Final = 0.6180339887498949
@@ -48,8 +49,12 @@ class PiecewiseMap(EvaluatedMap):
 
     Parameters
     ----------
-    func : callable
-        ``func(x, **parameters)``; takes arrays or, if it cannot, single numbers (found out
+    func : str, sequence of str, or callable
+        A formula of ``x`` and the parameters, ``"r * x * (1 - x)"``, or one for each branch from
+        left to right, with the `breakpoints` between them; at a breakpoint the right one holds.
+        Functions: exp, expm1, log, log1p, sqrt, sin, cos, tan, sinh, cosh, tanh, atan, asinh.
+        Derivatives are then exact, and `certify_orbits` proves lists of orbits. Or
+        ``func(x, **parameters)``, which takes arrays or, if it cannot, single numbers (found out
         by trying). NaN means that the map has no value there: a gap.
     domain : pair of float
         Ends ``lo < hi`` of the closed interval of arguments. Values outside it are legal:
@@ -66,7 +71,8 @@ class PiecewiseMap(EvaluatedMap):
     label : callable, optional
         ``label(x, **parameters)``: a whole number per branch.
     breakpoints : sequence of float, or callable, optional
-        Where the branches end (``breakpoints(**parameters)`` if they move); the label is
+        Where the branches end (``breakpoints(**parameters)`` if they move; between formulas,
+        formulas of the parameters too, ``["b"]``); the label is
         then the number of breakpoints at or left of x. Without label and breakpoints the
         whole domain has label 0 and discontinuities are found from the values alone.
 
@@ -74,7 +80,7 @@ class PiecewiseMap(EvaluatedMap):
     ------
     ValueError
         The domain is not an interval, a parameter is not a finite number, breakpoints are
-        outside the domain or not increasing, or ``func`` fails on points of the domain.
+        not increasing, a formula cannot be read, or ``func`` fails on points of the domain.
 
     Examples
     --------
@@ -84,11 +90,22 @@ class PiecewiseMap(EvaluatedMap):
     0.875
     >>> f.replace(r=4).iterate(0.5, 2)
     array([0.5, 1. , 0. ])
+
+    By formulas, here of two branches:
+
+    >>> f = ss.PiecewiseMap(
+    ...     ["a - 1.1*x - 0.35*x**2", "0.55*x - 0.62"],
+    ...     (-1.5, 1.5),
+    ...     parameters={"a": 0.45},
+    ...     breakpoints=[0.2],
+    ... )
+    >>> f
+    PiecewiseMap('a - 1.1*x - 0.35*x**2' for x < 0.2, '0.55*x - 0.62', [-1.5, 1.5], a=0.45)
     """
 
     def __init__(
         self,
-        func: Function,
+        func: Function | str | Sequence[str],
         domain: tuple[float, float],
         *,
         parameters: Mapping[str, float] | None = None,
@@ -97,13 +114,23 @@ class PiecewiseMap(EvaluatedMap):
         label: Function | None = None,
         breakpoints: Breakpoints | None = None,
     ) -> None:
-        self._func = func
         self._domain = checked_interval("domain", domain)
         self._parameters = checked_parameters({} if parameters is None else parameters)
+        function: Any = func
+        ends: Any = breakpoints
+        if isinstance(func, str | list | tuple):
+            own = {"derivative": derivative, "parameter_derivative": parameter_derivative}
+            for role, given in (*own.items(), ("label", label)):
+                if given is not None:
+                    raise ValueError(f"{role} goes with a callable: formulas bring their own.")
+            function = formulas_of(func, breakpoints, self._parameters)
+            ends, derivative = function.edges, function.slope(VARIABLE)
+            parameter_derivative = {name: function.slope(name) for name in self._parameters}
+        self._func: Function = function
         self._given_derivative = derivative
         self._given_parameter_derivative = parameter_derivative
         self._given_label = label
-        self._given_breakpoints = breakpoints
+        self._given_breakpoints: Breakpoints | None = ends
         self._check_parameter_derivative_names()
         self._breakpoints = self._breakpoints_with(self._parameters)
         self._analytic: bool | None = None  # unknown until a slope is asked for
@@ -119,6 +146,8 @@ class PiecewiseMap(EvaluatedMap):
     @property
     def callables(self) -> dict[str, Function]:
         """Every function that was given, by what it is for."""
+        if isinstance(self._func, Formulas):
+            return {"func": self._func}
         given: dict[str, Any] = {
             "func": self._func,
             "derivative": self._given_derivative,
@@ -179,7 +208,8 @@ class PiecewiseMap(EvaluatedMap):
         return isinstance(other, PiecewiseMap) and equal(self._given, other._given)
 
     def __hash__(self) -> int:
-        return hash((id(self._func), self._domain, *self._parameters.values()))
+        func = self._func if isinstance(self._func, Formulas) else id(self._func)
+        return hash((func, self._domain, *self._parameters.values()))
 
     @property
     def _given(self) -> tuple[Any, ...]:

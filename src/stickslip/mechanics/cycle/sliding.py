@@ -67,7 +67,11 @@ def _steady(plant: Plant, laws: Sequence[FrictionLaw], w: Floats) -> Steady:
 
 def _at_speed(model: Model, V: float) -> Plant:
     plant = model.plant
-    return plant if math.isnan(V) else replace(plant, V=np.full(plant.n_contacts, V))
+    if math.isnan(V):
+        return plant
+    moved = replace(plant, V=np.full(plant.n_contacts, V))
+    vars(moved)["turning"] = plant.turning  # springs know nothing of belts
+    return moved
 
 
 def _balance(plant: Plant, laws: Sequence[FrictionLaw], w: Floats) -> tuple[Floats, Floats, Floats]:
@@ -126,7 +130,7 @@ def steady_displacements(model: Model, V: float) -> Floats:
 
 def modes(model: Model, V: float) -> Modes:
     """Small motions about the first steady sliding at a belt speed (NaN: the belts' own)."""
-    return modes_about(_at_speed(model, V), model.laws, steady_states(model, V)[0])
+    return modes_about(model.plant, model.laws, steady_states(model, V)[0])
 
 
 def modes_about(plant: Plant, laws: Sequence[FrictionLaw], steady: Steady) -> Modes:

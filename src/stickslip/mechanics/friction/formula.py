@@ -59,6 +59,10 @@ class TracedFormula:
         return _pruned(self.parameters, graph, backward, forward)
 
     @cached_property
+    def _forces(self) -> Graph:
+        return self.graph()
+
+    @cached_property
     def _slopes(self) -> tuple[Graph, int, int]:
         graph = self.graph()
         s = graph.symbol("s")
@@ -74,7 +78,7 @@ class TracedFormula:
     ) -> Any:
         """F in the arithmetic of `s` and `arguments`; see `expression.evaluate`."""
         output = self.output(forward)
-        return evaluate(self.graph(), [output], {"s": s, **arguments}, functions)[0]
+        return evaluate(self._forces, [output], {"s": s, **arguments}, functions)[0]
 
     def slope(
         self,

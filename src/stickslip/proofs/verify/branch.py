@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import reduce
 from typing import Final, NamedTuple
 
 from flint import arb, arb_series, fmpq
@@ -56,6 +57,16 @@ def in_tube(c: Branch, p: arb, x: arb) -> bool:
         if low <= p <= high:
             return bool(abs(x - start - slope * (p - low)) < radius)
     return False
+
+
+def tube_around(c: Branch, low: Fraction, high: Fraction) -> arb:
+    """Enclose the branch's first point for all values of the parameter between two."""
+    found = []
+    for stretch in _stretches(c):
+        if stretch.low <= high and stretch.high >= low:
+            for p in (max(stretch.low, low), min(stretch.high, high)):
+                found.append(_number(stretch.line(p)) + arb(0, _number(stretch.radius).upper()))
+    return reduce(arb.union, found)
 
 
 def _stretches(c: Branch) -> Iterator[_Stretch]:

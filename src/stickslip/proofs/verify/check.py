@@ -10,14 +10,20 @@ from typing import Any, Final
 from flint import arb, arb_series, ctx
 
 from stickslip.proofs.verify.branch import check_branch, in_tube
+from stickslip.proofs.verify.cover import check_basins, check_curves
 from stickslip.proofs.verify.falling import FallingMotion
+from stickslip.proofs.verify.formulas import FormulaMotion
 from stickslip.proofs.verify.motion import Motion
 from stickslip.proofs.verify.words import (
+    Basins,
     Border,
     Branch,
     Certificate,
+    CertificateOfFormulas,
+    Curves,
     Flip,
     Fold,
+    Formulas,
     Jump,
     List,
     Orbit,
@@ -28,12 +34,14 @@ from stickslip.proofs.verify.words import (
     rounded,
 )
 
-COARSE: Final = 1e-3  # wider intervals of d are halved before possibilities are listed
+WIDE_BITS: Final = 128  # where intervals are wide
 NARROWEST: Final = 1e-12  # an interval of d, before it counts as undecided
 
 
-def _motion(values: dict[str, str], **replaced: arb) -> Motion:
-    """Return the motion of a system under the law that its parameters tell."""
+def _motion(values: dict[str, str] | Formulas, **replaced: arb) -> Any:
+    """Return the motion of a system under the law that its parameters tell; or a map."""
+    if isinstance(values, Formulas):
+        return FormulaMotion(values)
     falling = "gamma_1" in {*values, *replaced}
     return (FallingMotion if falling else Motion)(values, **replaced)
 
@@ -348,10 +356,10 @@ def _list(motion: Motion, c: List, digits: int) -> None:
     _distinct([x for _, x in known])
     for orbit in c.orbits:
         _orbit(motion, orbit, digits)
-    ctx.prec = 128  # the intervals are wide
+    ctx.prec = WIDE_BITS
     stated = [ball(low).union(ball(high)) for low, high in c.undecided]
     for period in range(1, c.max_period + 1):
-        domain = [motion.end * arb(k, 2) / 64 for k in range(-62, 64, 4)]
+        domain = motion.boxes(32)
         roots = [x for p, x in known if period % p == 0]
         for box in _open(motion, domain, period, roots, arb(NARROWEST), stated=stated):
             raise Refused(
@@ -394,7 +402,7 @@ def _settled(
                 return True
             slope *= rate
     except Refused:
-        return bool(box.rad() < COARSE) and _impossible(motion, box, period, words)
+        return bool(box.rad() < motion.coarse) and _impossible(motion, box, period, words)
     if not value.overlaps(box):
         return True
     if (slope - 1).contains(0):
@@ -424,7 +432,7 @@ def _impossible(motion: Motion, box: arb, period: int, words: list[str] | None) 
     return not any(value.overlaps(box) for value in balls)
 
 
-def check(document: Any) -> Certificate:
+def check(document: Any) -> Certificate | CertificateOfFormulas:
     """Check a certificate, or raise `Refused`: every word of its statement is then proven."""
     c = read(document)
     before = ctx.prec, ctx.cap
@@ -443,6 +451,13 @@ def check(document: Any) -> Certificate:
                 _border(c.system, c.theorem, c.digits)
             case Branch():
                 _along(c.system, c.theorem, c.digits)
+            case Curves():
+                ctx.prec = WIDE_BITS
+                check_curves(c.system, _names(c.theorem.parameter), c.theorem)
+            case Basins():
+                ctx.prec = WIDE_BITS
+                varied = _names(c.theorem.parameter) if c.theorem.parameter else ()
+                check_basins(c.system, varied, c.theorem)
             case Fold():
                 _fold(c.system, c.theorem, c.digits)
             case Flip():
@@ -454,7 +469,7 @@ def check(document: Any) -> Certificate:
     return c
 
 
-def check_text(text: str) -> Certificate:
+def check_text(text: str) -> Certificate | CertificateOfFormulas:
     """Check a certificate as it stands in a file; see `check`."""
     try:
         document = json.loads(text)

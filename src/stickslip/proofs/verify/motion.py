@@ -112,6 +112,7 @@ class _Open(Exception):
 class Motion:
     """Two blocks with Coulomb friction (eqs. 5a-10), parameters exact or `replaced`."""
 
+    coarse: float = 1e-3  # wider intervals of d are halved before possibilities are listed
     law: tuple[str, ...] = ("mu",)  # its parameters, each with _1 and _2
 
     def __init__(self, values: dict[str, str], **replaced: Any) -> None:
@@ -134,6 +135,10 @@ class Motion:
     def end(self) -> arb:
         """Where the domain ends."""
         return (1 + self.limits[1]) / (1 + 2 * self.alpha)
+
+    def boxes(self, n: int) -> list[arb]:
+        """Cut the domain into intervals that overlap."""
+        return [self.end * arb(k, 1) / n for k in range(1 - n, n, 2)]
 
     def outcomes(self, d: arb | arb_series) -> Iterator[tuple[str, arb, arb | None]]:
         """Yield itinerary, next d and its derivative: all that is possible from a ball."""

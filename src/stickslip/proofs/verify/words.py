@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 from fractions import Fraction
 from math import floor, log10
-from typing import Annotated, Any, Final, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Final, Literal, TypeAlias
 
 import msgspec
 from flint import arb, fmpq
@@ -18,6 +18,7 @@ SCHEMA: Final = "stickslip-certificate-2"
 LONGEST_PERIOD: Final = 1000  # of an orbit
 LONGEST_LISTED: Final = 32  # of a complete list, whose work grows like a power of the period
 LONGEST_REASON: Final = 500
+MOST_CELLS: Final = 100_000
 
 # Numbers are short, so that no text can ask for endless work. (\Z: $ also stands before "\n".)
 Exact = Annotated[str, Meta(pattern=r"^\d{1,1100}([./]\d{1,1100})?\Z")]
@@ -26,8 +27,12 @@ Radius = Annotated[str, Meta(pattern=r"^[1-9]e-\d{2,3}\Z")]
 Place = Annotated[str, Meta(pattern=r"^-?\d{1,9}(\.\d{1,1100})?\Z")]
 End = Annotated[str, Meta(pattern=r"^-?\d{1,9}\.\d{1,20}(e-\d{2,3})?\Z")]
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z]{1,5}(_[12])?\Z")]
-Word = Annotated[str, Meta(pattern=r"^[-.+]{2}( [-.+]{2}){1,5000}\Z")]
+Word = Annotated[str, Meta(pattern=r"^([-.+]{2}( [-.+]{2}){1,5000}|[0-9]{1,2})\Z")]  # or a branch
+Formula = Annotated[str, Meta(pattern=r"^[-+*/().A-Za-z0-9_ ]{1,1000}\Z")]
+Label = Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,99}\Z")]
+Signed = Annotated[str, Meta(pattern=r"^-?[0-9]{1,1100}([./][0-9]{1,1100})?\Z")]
 Remark = Annotated[str, Meta(pattern=r"^[ -~]{1,200}\Z")]
+Span = tuple[Exact, Exact]
 Period = Annotated[int, Meta(ge=1, le=LONGEST_PERIOD)]
 Several = Meta(max_length=10_000)
 Side = Literal["above", "below"]
@@ -75,12 +80,12 @@ class Orbit(_OfPeriod, tag="orbit", frozen=True, kw_only=True):
     stable: bool
     alone: Radius
 
-    def words(self) -> str:
-        """Return the theorem."""
+    def words(self, of: str = "event map", x: str = "d") -> str:
+        """Return the theorem, of a map of points that are named so."""
         kind = "asymptotically stable" if self.stable else "unstable"
         basin = f", and all starts within {self.alone} of it tend to the orbit"
         return (
-            f"The event map has a {self.orbit()} through d = {self.points[0]}. Within {self.alone} "
+            f"The {of} has a {self.orbit()} through {x} = {self.points[0]}. Within {self.alone} "
             "of this point there is no other periodic point of that period. The multiplier is "
             f"{self.multiplier}: the orbit is {kind}{basin if self.stable else ''}."
         )
@@ -248,30 +253,121 @@ class List(_Theorem, tag="list", frozen=True, kw_only=True):
         if any(Fraction(low) > Fraction(high) for low, high in self.undecided):
             raise ValueError("of an undecided interval the lower end comes first")
 
-    def words(self) -> str:
-        """Return the theorem."""
+    def words(self, of: str = "event map", x: str = "d") -> str:
+        """Return the theorem, of a map of points that are named so."""
         several = "orbit" if len(self.orbits) == 1 else "orbits"
         count = f"{len(self.orbits)} periodic {several} of period up to {self.max_period}"
-        places = "; ".join(f"period {o.period}, d = {o.points[0]}" for o in self.orbits)
+        places = "; ".join(f"period {o.period}, {x} = {o.points[0]}" for o in self.orbits)
         listed = f"{count} ({places})" if places else count
         if not self.undecided:
-            return f"On its whole domain the event map has exactly {listed}."
+            return f"On its whole domain the {of} has exactly {listed}."
         intervals = ", ".join(f"[{low}, {high}]" for low, high in self.undecided)
         return (
-            f"The event map has {listed}. If it has more, all points of these lie in the undecided "
+            f"The {of} has {listed}. If it has more, all points of these lie in the undecided "
             f"intervals {intervals}."
         )
 
 
-Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List | Branch
+class Curves(_Theorem, tag="curves", frozen=True, kw_only=True):
+    """All orbits up to a period, for every value of a parameter between two."""
+
+    parameter: Name
+    range: Span
+    max_period: Annotated[int, Meta(ge=1, le=LONGEST_LISTED)]
+    branches: Annotated[list[Branch], Several]
+
+    def __post_init__(self) -> None:
+        """Refuse what no complete list is."""
+        in_order(self.range)
+        for branch in self.branches:
+            ends = branch.nodes[0][0], branch.nodes[-1][0]
+            if branch.parameter != self.parameter or tuple(map(fraction, ends)) != tuple(
+                map(fraction, self.range)
+            ):
+                raise ValueError("a branch is of another parameter or of another range")
+            if branch.lost or branch.period > self.max_period:
+                raise ValueError("a branch is lost, or of a period above max_period")
+
+    def words(self) -> str:
+        """Return the theorem."""
+        several = "orbit" if len(self.branches) == 1 else "orbits"
+        told = (
+            f"For every {self.parameter} from {self.range[0]} to {self.range[1]} the event map "
+            f"has, on its whole domain, exactly {len(self.branches)} periodic {several} of period "
+            f"up to {self.max_period}."
+        )
+        return " ".join([told, *(branch.words() for branch in self.branches)])
 
 
-class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Attractor(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An interval in which one orbit attracts all."""
+
+    period: Period
+    itinerary: Annotated[list[Word], Several]
+    interval: tuple[Place, Place]
+    share: Place
+
+    def __post_init__(self) -> None:
+        """Refuse what no interval is."""
+        if len(self.itinerary) != self.period:
+            raise ValueError(f"{len(self.itinerary)} itineraries are given for {self.period}")
+        in_order(self.interval)
+
+
+class Basins(_Theorem, tag="basins", frozen=True, kw_only=True):
+    """Starts that tend to orbits, at one value of the parameters or all between two of one."""
+
+    parameter: Name | None = None
+    range: Span | None = None
+    attractors: Annotated[list[Attractor], Meta(min_length=1, max_length=100)]
+    cells: Annotated[list[tuple[Place, Place, int]], Meta(max_length=MOST_CELLS)]
+
+    def __post_init__(self) -> None:
+        """Refuse what no basins are."""
+        if (self.parameter is None) != (self.range is None):
+            raise ValueError("a parameter and its range go together")
+        if self.range:
+            in_order(self.range)
+        for low, high, k in self.cells:
+            in_order((low, high))
+            if not 0 <= k < len(self.attractors):
+                raise ValueError(f"a cell belongs to attractor {k}, which there is not")
+
+    def words(self) -> str:
+        """Return the theorem."""
+        when = "The event map"
+        if self.range:
+            low, high = self.range
+            when = f"For every {self.parameter} from {low} to {high} the event map"
+        several = "orbit" if len(self.attractors) == 1 else "orbits"
+        places = "; ".join(
+            f"[{', '.join(a.interval)}] (minimal period {a.period}, itinerary "
+            f"{' | '.join(a.itinerary)})"
+            for a in self.attractors
+        )
+        shares = ", ".join(a.share for a in self.attractors)
+        return (
+            f"{when} has {len(self.attractors)} asymptotically stable periodic {several}, each "
+            f"with one point in an interval all of whose starts tend to it: {places}. All starts "
+            f"in the {len(self.cells)} cells tend to the orbit of their number, too. With their "
+            f"intervals these are at least {shares} of the length of the domain."
+        )
+
+
+Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List | Branch | Curves | Basins
+
+
+class _Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A theorem and what it is about."""
 
     schema: Literal["stickslip-certificate-2"]
-    system: Annotated[dict[Name, Exact], Meta(max_length=9)]  # one that varies is missing
     digits: Annotated[int, Meta(ge=5, le=1000)]  # significant, of the decimals
+
+
+class Certificate(_Certificate, frozen=True, kw_only=True):
+    """A theorem about two blocks."""
+
+    system: Annotated[dict[Name, Exact], Meta(max_length=9)]  # one that varies is missing
     theorem: Theorem
 
     @property
@@ -288,16 +384,64 @@ class Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         return f"Two blocks with {law}, {system} (exact numbers). {self.theorem.words()}"
 
 
-def read(document: Any) -> Certificate:
+class Formulas(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A map of an interval by formulas of x, one for each branch from left to right."""
+
+    branches: Annotated[list[Formula], Meta(min_length=1, max_length=100)]
+    breakpoints: Annotated[list[Formula], Meta(max_length=99)]  # the right branch holds there
+    domain: tuple[Signed, Signed]
+    parameters: Annotated[dict[Label, Signed], Meta(max_length=100)]
+
+    def __post_init__(self) -> None:
+        """Refuse branches too many or too few."""
+        if len(self.branches) != len(self.breakpoints) + 1:
+            raise ValueError(
+                f"{len(self.branches)} branches and {len(self.breakpoints)} breakpoints are given"
+            )
+
+    def words(self) -> str:
+        """Name the map."""
+        low, high = self.domain
+        ends = [f" for x < {end}" for end in self.breakpoints]
+        ends += [f" for x >= {end}" for end in self.breakpoints[-1:]] or [""]
+        formula = ", ".join(f"{f}{end}" for f, end in zip(self.branches, ends, strict=True))
+        values = "".join(f", {name} = {value}" for name, value in self.parameters.items())
+        return f"The map f of [{low}, {high}] with f(x) = {formula}{values} (exact numbers)."
+
+
+class CertificateOfFormulas(_Certificate, frozen=True, kw_only=True):
+    """A theorem about a map by formulas: the itinerary numbers its branches from 0."""
+
+    system: Formulas
+    theorem: Orbit | List
+    remark: ClassVar = ""
+
+    def statement(self) -> str:
+        """Say it in words: made from the data, so that the two cannot differ."""
+        return f"{self.system.words()} {self.theorem.words('map', 'x')}"
+
+
+def read(document: Any) -> Certificate | CertificateOfFormulas:
     """Read the entries of a certificate, its statement aside; `Refused` names a wrong one."""
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise Refused(f"not a certificate of the schema {SCHEMA}")
     head = {name: document[name] for name in ("schema", "system", "digits") if name in document}
     theorem = {name: x for name, x in document.items() if name not in {*head, "statement"}}
+    system = document.get("system")
+    by_formulas = isinstance(system, dict) and "branches" in system
+    entries = {**head, "theorem": theorem}
     try:
-        return msgspec.convert({**head, "theorem": theorem}, Certificate)
+        if by_formulas:
+            return msgspec.convert(entries, CertificateOfFormulas)
+        return msgspec.convert(entries, Certificate)
     except msgspec.ValidationError as error:
         raise Refused(f"an entry is not of its form: {error}") from None
+
+
+def in_order(ends: tuple[str, str]) -> None:
+    """Refuse two ends of which the lower does not come first."""
+    if not fraction(ends[0]) < fraction(ends[1]):
+        raise ValueError(f"of {ends[0]} and {ends[1]} the lower end comes first")
 
 
 def fraction(text: str) -> Fraction:
@@ -323,11 +467,13 @@ def rounded(x: arb, digits: int) -> str:
     middle = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
     mantissa, exponent = x.rad().man_exp()
     radius = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-    size = floor(log10(abs(middle))) if middle else 0
-    for places in range(max(digits - 1 - size, 1), digits + 4 - size):
+    size = floor(log10(abs(middle))) if abs(middle) > radius else 0
+    several = range(max(digits - 1 - size, 1), digits + 4 - size)
+    # The second try is for those near half a unit at each of these places, as 6/11 is.
+    for share, places in itertools.product((Fraction(45, 100), Fraction(49, 100)), several):
         unit = Fraction(10) ** -places
         nearest = round(middle / unit)
-        if abs(middle - nearest * unit) + radius <= unit * Fraction(45, 100):
+        if abs(middle - nearest * unit) + radius <= unit * share:
             text = str(abs(nearest)).rjust(places + 1, "0")
             sign = "-" if nearest < 0 else ""
             return f"{sign}{text[:-places]}.{text[-places:]} +/- 5e-{places + 1}"

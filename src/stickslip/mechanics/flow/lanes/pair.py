@@ -20,7 +20,8 @@ def pair_numbers(plant: Plant) -> Floats | None:
     # Forces over the masses: docs/theory/blocks.md, "Arrays of two blocks".
     if not plant.rubs_as_one or plant.n_contacts != 2 or plant.n_waves:
         return None
-    mass, V, swap = plant.reduced.mass, float(plant.V[0]), [1, 0]
+    mass = plant.mass if plant.mass.ndim == 1 else plant.mass.diagonal()
+    V, swap = float(plant.V[0]), [1, 0]
     stiff, damp = plant.stiffness / mass[:, None], plant.damping / mass[:, None]
     limit, load, drag = plant.static / mass, stiff.sum(axis=1), plant.standing / mass
     determinant = load[0] * stiff[1, 1] - load[1] * stiff[0, 1]

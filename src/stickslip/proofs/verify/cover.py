@@ -1,0 +1,264 @@
+"""Check what is claimed of all starts: complete lists over a parameter's interval, and basins."""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from functools import cache
+from typing import Final
+
+from flint import arb, arb_series, fmpq
+
+from stickslip.proofs.verify.branch import check_branch, tube_around
+from stickslip.proofs.verify.motion import Motion
+from stickslip.proofs.verify.words import Attractor, Basins, Curves, Refused, fraction
+
+FINEST: Final = 13  # halvings of the parameter's interval
+NARROW: Final = 1e-7  # interval of d at which the part is halved instead
+CUTS: Final = 24  # halvings of a cell, or of an interval that is attracted
+WEIGHT: Final = 8  # of the parameter's interval beside one of d: the wider one is halved
+COARSE: Final = 1e-2  # wider intervals are halved before possibilities are listed
+
+
+class _System:
+    """The motions of a system whose parameter lies between two values; or has one."""
+
+    def __init__(
+        self, values: dict[str, str], names: Sequence[str], span: tuple[Fraction, Fraction] | None
+    ) -> None:
+        self._values, self._names, self.span = values, names, span
+        if span is None:
+            self.still = self.all = Motion(values)
+            self.reach = arb(0)
+            return
+        middle, half = _number((span[0] + span[1]) / 2), _number((span[1] - span[0]) / 2)
+        self.reach = arb(0, half.upper() + middle.rad())
+        between = middle.mid() + self.reach
+        self.still, self.all, self._varied = (
+            Motion(values, **dict.fromkeys(names, p))
+            for p in (middle.mid(), between, arb_series([between, 1]))
+        )
+
+    @property
+    def width(self) -> Fraction:
+        """Width of the span."""
+        return self.span[1] - self.span[0] if self.span else Fraction(0)
+
+    def halves(self) -> tuple[_System, _System]:
+        """Cut the span in two."""
+        assert self.span
+        low, high = self.span
+        spans = (low, (low + high) / 2), ((low + high) / 2, high)
+        first, second = (_System(self._values, self._names, span) for span in spans)
+        return first, second
+
+    def step(self, d: arb) -> tuple[str, arb, arb]:
+        """Return itinerary, value and derivative in d, for all d and parameters: one outcome."""
+        word, value, slope = self.all.step(d)
+        centre = self.still.step(d.mid())[1]
+        if self.span:
+            _, push = self._varied.series(arb_series([d]))
+            centre = centre + push[1] * self.reach
+        return word, value.intersection(centre + slope * (d - d.mid())), slope
+
+    def images(self, d: arb) -> list[arb]:
+        """Enclose all next values that are possible."""
+        try:
+            return [self.step(d)[1]]
+        except Refused:
+            if d.rad() > COARSE:
+                raise
+            return [value for _, value, _ in self.all.outcomes(d)]
+
+
+def check_curves(values: dict[str, str], names: tuple[str, ...], c: Curves) -> None:
+    """Refuse unless the branches hold, no two meet, and there is no other orbit."""
+    for branch in c.branches:
+        check_branch(values, names, branch)
+    low, high = map(fraction, c.range)
+    waiting = [(_System(values, names, (low, high)), FINEST)]
+    while waiting:
+        system, left = waiting.pop()
+        try:
+            _complete(system, c)
+        except Refused:
+            if not left:
+                raise
+            waiting += [(half, left - 1) for half in system.halves()]
+
+
+def _complete(system: _System, c: Curves) -> None:
+    """Refuse unless, for all parameters of a system, the branches hold all orbits."""
+    assert system.span
+    orbits = []
+    for branch in c.branches:
+        x, points = tube_around(branch, *system.span), []
+        for word in branch.itinerary:
+            points.append(x)
+            told, x, _ = system.step(x)
+            if told != word:
+                raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
+        orbits.append((branch.period, points))
+    _apart([x for _, points in orbits for x in points], "two orbits are not told apart")
+    end = system.all.end
+    for period in range(1, c.max_period + 1):
+        roots = [x for p, points in orbits if period % p == 0 for x in points]
+        waiting = [end * arb(k, 2) / 64 for k in range(-62, 64, 4)]
+        while waiting:
+            box = waiting.pop()
+            if _no_other(system, box, period, roots):
+                continue
+            if box.rad() < NARROW:
+                raise Refused(
+                    f"an orbit of period {period} may have been missed near d = {box.str(12)}, "
+                    f"{c.parameter} = {float(system.span[0]):.12g}: this program cannot tell, and "
+                    "disproves nothing"
+                )
+            waiting += _halved(box)
+
+
+def _no_other(system: _System, box: arb, period: int, roots: list[arb]) -> bool:
+    """Whether an interval holds no orbit of a period besides those through some balls."""
+    try:
+        near = [root for root in roots if root.overlaps(box)]
+        if near:  # the two together hold one, where f^p(d) - d is monotone
+            value, slope = box.union(near[0]), arb(1)
+            for _ in range(period):
+                _, value, rate = system.step(value)
+                slope *= rate
+            return not (slope - 1).contains(0)
+        balls = [box]
+        for _ in range(period):
+            balls = [value for x in balls for value in system.images(x)]
+    except Refused:
+        return False
+    return not any(value.overlaps(box) for value in balls)
+
+
+def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> None:
+    """Refuse unless each cell goes to what was proven before it, and this makes the shares."""
+    span = (fraction(c.range[0]), fraction(c.range[1])) if c.range else None
+    system = _System(values, names, span)
+    halves = cache(_System.halves)
+    end = system.all.end
+    for low, high in (*(a.interval for a in c.attractors), *(cell[:2] for cell in c.cells)):
+        if not (-end <= _number(fraction(low)) and _number(fraction(high)) <= end):
+            raise Refused(f"[{low}, {high}] is not in the domain")
+    covered = []
+    for attractor in c.attractors:
+        ends = fraction(attractor.interval[0]), fraction(attractor.interval[1])
+        _attracted(system, halves, attractor, ends)
+        covered.append(_Union(*ends))
+    for low, high, k in c.cells:
+        ends = fraction(low), fraction(high)
+
+        def goes(system: _System, box: arb, union: _Union = covered[k]) -> None:
+            if not all(union.holds(value) for value in system.images(box)):
+                raise Refused(
+                    f"d = {box.str(12)} is not shown to be mapped into what is proven before it"
+                )
+
+        _everywhere(goes, system, halves, ends)
+        covered[k].add(*ends)
+    for union, attractor in zip(covered, c.attractors, strict=True):
+        if not _number(union.length) >= 2 * end * _number(fraction(attractor.share)):
+            raise Refused(f"the share is stated as {attractor.share}, and is not proven")
+
+
+def _attracted(
+    system: _System,
+    halves: Callable[[_System], tuple[_System, _System]],
+    c: Attractor,
+    ends: tuple[Fraction, Fraction],
+) -> None:
+    """Refuse unless f^period contracts an interval into itself, which stays apart on the way."""
+    inside = _Union(*ends)
+    passed: list[arb] = []
+
+    def contracts(system: _System, x: arb) -> None:
+        slope, points = arb(1), []
+        for word in c.itinerary:
+            points.append(x)
+            told, x, rate = system.step(x)
+            slope *= rate
+            if told != word:
+                raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
+        if not abs(slope) < 1:
+            raise Refused(f"the interval is not contracted: the derivative is {slope.str(5)}")
+        if not inside.holds(x):
+            raise Refused("the interval is not mapped into itself")
+        passed[:] = [a.union(b) for a, b in zip(passed, points, strict=True)] if passed else points
+
+    _everywhere(contracts, system, halves, ends)
+    _apart(passed, "two points of the orbit are not told apart")
+
+
+def _everywhere(
+    test: Callable[[_System, arb], None],
+    system: _System,
+    halves: Callable[[_System], tuple[_System, _System]],
+    ends: tuple[Fraction, Fraction],
+) -> None:
+    """Refuse what a test refuses on an interval of d, however finely it and the span are cut."""
+    waiting = [(system, ends, CUTS)]
+    while waiting:
+        system, (low, high), left = waiting.pop()
+        try:
+            test(system, _number(low).union(_number(high)))
+        except Refused:
+            if not left:
+                raise
+            if WEIGHT * system.width > high - low:
+                waiting += [(half, (low, high), left - 1) for half in halves(system)]
+            else:
+                middle = (low + high) / 2
+                waiting += [(system, pair, left - 1) for pair in ((low, middle), (middle, high))]
+
+
+class _Union:
+    """A union of closed intervals, kept as disjoint ones in order."""
+
+    def __init__(self, low: Fraction, high: Fraction) -> None:
+        self._lows, self._highs = [low], [high]
+
+    @property
+    def length(self) -> Fraction:
+        return sum((b - a for a, b in zip(self._lows, self._highs, strict=True)), Fraction(0))
+
+    def add(self, low: Fraction, high: Fraction) -> None:
+        first = bisect.bisect_left(self._highs, low)  # the first that reaches to the new one
+        last = bisect.bisect_right(self._lows, high)
+        if first < last:
+            low, high = min(low, self._lows[first]), max(high, self._highs[last - 1])
+        self._lows[first:last], self._highs[first:last] = [low], [high]
+
+    def holds(self, x: arb) -> bool:
+        """Whether a ball is proven to lie in it."""
+        if not x.is_finite():
+            return False
+        low, high = (_exact(end) for end in (x.lower(), x.upper()))
+        k = bisect.bisect_right(self._lows, low) - 1
+        return k >= 0 and high <= self._highs[k]
+
+
+def _apart(balls: list[arb], otherwise: str) -> None:
+    ordered = sorted(balls, key=arb.mid)  # if two overlap, so do two neighbours
+    if any(a.overlaps(b) for a, b in itertools.pairwise(ordered)):
+        raise Refused(otherwise)
+
+
+def _halved(box: arb) -> Iterator[arb]:
+    half = box.rad() / 2
+    for sign in (-1, 1):
+        yield box.mid() + sign * half + arb(0, half)
+
+
+def _exact(x: arb) -> Fraction:
+    mantissa, exponent = x.mid().man_exp()
+    return int(mantissa) * Fraction(2) ** int(exponent)
+
+
+def _number(x: Fraction) -> arb:
+    return arb(fmpq(x.numerator, x.denominator))
