@@ -110,6 +110,7 @@ def repeat(case: Case, n: int, off: float, seed: int) -> dict[str, Any]:
     true = np.array([case.model.parameters[name] for name in case.parameters])
     inside = np.zeros(len(true), dtype=int)
     together = found = refused = 0
+    errors = []
     begun = time.process_time()
     for k in range(n):
         rng = np.random.default_rng([seed, k])
@@ -125,13 +126,14 @@ def repeat(case: Case, n: int, off: float, seed: int) -> dict[str, Any]:
             print(f"  {k}: {error}")
             continue
         within = (fitted.intervals[:, 0] <= true) & (true <= fitted.intervals[:, 1])
-        recovered = bool((np.abs(fitted.values - true) < FOUND * fitted.standard_errors).all())
-        found += recovered and fitted.tells
+        errors.append((fitted.values - true) / fitted.standard_errors)
+        found += bool((np.abs(errors[-1]) < FOUND).all()) and fitted.tells
         inside += within
         together += bool(within.all())
     return {
         "inside": dict(zip(case.parameters, inside.tolist(), strict=True)),
         "all inside": together,
+        "errors, in standard errors": np.sqrt(np.mean(np.square(errors), axis=0)).round(2).tolist(),
         "recovered": found,
         "refused": refused,
         "of": n,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -331,6 +333,38 @@ def test_an_error_is_carried_to_what_follows() -> None:
         found.predict(3)  # type: ignore[arg-type]
 
 
+def test_a_sample_is_drawn_from_the_distribution_of_the_estimates() -> None:
+    s = np.linspace(0.01, 1.5, 8)
+    force, sigma = noisy(BLOCK.friction.force(s))
+    found = ss.fit(BLOCK, ss.ForcePoints(s, force, sigma=sigma), ["mu", "speed"])
+    n = 100_000
+    drawn = found.sample(n, rng=1)
+    assert drawn["mu"].tobytes() == found.sample(n, rng=1)["mu"].tobytes()
+    both = np.stack([drawn[name] for name in found.parameters])
+    # Of Student's distribution: nu / (nu - 2) times the covariance of its scale.
+    wider = found.n_free / (found.n_free - 2)
+    np.testing.assert_allclose(np.cov(both), wider * found.covariance, rtol=0.05)
+    ends = np.quantile(both, [0.025, 0.975], axis=1).T
+    reach = np.diff(found.intervals, axis=1)
+    assert (np.abs(ends - found.intervals) < 0.02 * reach).all()
+
+
+def test_a_sample_stays_within_the_bounds() -> None:
+    s = np.linspace(0.01, 1.5, 40)
+    force, sigma = noisy(BLOCK.friction.force(s))
+    points = ss.ForcePoints(s, force, sigma=sigma)
+    found = ss.fit(BLOCK, points, ["mu"], bounds={"mu": (0.5, 0.6)})
+    drawn = found.sample(1000, rng=1)["mu"]
+    assert drawn.min() >= 0.5
+    assert drawn.max() <= 0.6
+    far = replace(found, bounds=np.array([[0.6, 0.7]]))
+    with pytest.raises(ValueError, match="within the bounds"):
+        far.sample(10)
+    unknown = replace(found, undetermined=("mu",))
+    with pytest.raises(ValueError, match="cannot tell mu"):
+        unknown.sample(10)
+
+
 def test_starts_are_states() -> None:
     two = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
     motion = ss.simulate(two, d=0.1, t_end=60)
@@ -437,3 +471,61 @@ def test_a_chaotic_motion_is_found_from_thirty_per_cent_off() -> None:
     found = ss.fit(begun, data, ["gamma", "alpha"], n_starts=256)
     assert found.tells
     assert inside(found, {"gamma": 3.0, "alpha": model.alpha})
+
+
+FALLING = "a + (1 - a) * exp(-s / v) + h * s"
+
+
+def measured_forces() -> ss.ForcePoints:
+    """Forces of a law that `FALLING` does not have."""
+    rng = np.random.default_rng(2)
+    s = rng.permutation(np.geomspace(0.003, 4.0, 150))
+    return ss.ForcePoints(s, 0.97 - 0.07 * np.log1p(s / 0.08) + 0.01 * rng.normal(size=len(s)))
+
+
+def fitted_by(text: str, **start: float) -> ss.Fit:
+    block = ss.Oscillator(V=1.0, friction=ss.friction_law(text, parameters=start), damping=0.02)
+    return ss.fit(block, measured_forces(), list(start))
+
+
+def test_residuals_that_neighbours_share_are_told() -> None:
+    wrong = fitted_by(FALLING, a=0.6, v=0.5, h=0.01)
+    right = fitted_by("a - b * log1p(s / v)", a=1.0, b=0.1, v=0.5)
+    (value, error), (small, _) = *wrong.autocorrelation, *right.autocorrelation
+    assert error == pytest.approx(150**-0.5, rel=1e-12)
+    assert small < 3.0 * error < value
+    points = measured_forces()
+    order = np.argsort(np.asarray(points.speed))
+    off = (wrong.fitted[0] - np.asarray(points.force))[order]
+    assert value == pytest.approx(np.sum(off[1:] * off[:-1]) / np.sum(off**2), rel=1e-9)
+    assert f"not scattered about zero (neighbours correlate by {value:.2f}" in wrong.message
+    assert right.message == "converged"
+    assert f"correlate by {small:.2f} +- {error:.2f}" in repr(right)
+    kept = ss.Record(T, ss.simulate(BLOCK, [0.0], [0.0], t_end=float(T[-1])).x(T))
+    assert np.isnan(ss.fit(BLOCK, kept, ["mu"]).autocorrelation).all()  # rounding
+
+
+def test_a_quantity_that_a_model_lacks_tells_which_model() -> None:
+    wrong = fitted_by(FALLING, a=0.6, v=0.5, h=0.01)
+    with pytest.raises(ValueError, match=r"at a = 0.8.*, the estimates: IndexError"):
+        wrong.predict(lambda model: [][0])
+    with pytest.raises(ValueError, match="one standard error from the estimates: KeyError"):
+        wrong.predict(lambda model: {wrong.values[0]: 0.0}[model.parameters["a"]])
+    edge = fitted_by("a + b * exp(-s / v)", a=0.7, b=0.29, v=0.5)
+    far = replace(edge, covariance=np.eye(3))
+    with pytest.raises(ValueError, match=r"no model at .*one standard error from .*: F\(0\) ="):
+        far.predict(lambda model: model.V)
+
+
+def test_a_picture_of_a_fit_has_residuals_below() -> None:
+    ax = fitted_by(FALLING, a=0.6, v=0.5, h=0.01).plot()
+    above, below = ax.figure.axes
+    assert above is ax
+    assert (ax.get_xscale(), below.get_xscale()) == ("log", "log")
+    assert below.get_xlim() == ax.get_xlim()
+    (points,) = (line for line in below.lines if len(line.get_xdata()) == 150)
+    assert np.mean(np.square(points.get_ydata())) == pytest.approx(147 / 150, rel=1e-9)
+    of_record = ss.fit(BLOCK, record(BLOCK, x=[0.0], v=[0.0]), ["mu"]).plot()
+    assert of_record.get_xscale() == "linear"
+    with pytest.raises(ValueError, match="no place in a grid"):
+        fitted_by(FALLING, a=0.6, v=0.5, h=0.01).plot(ax.figure.add_axes((0, 0, 1, 1)))

@@ -70,6 +70,19 @@ class TestMechanism:
         assert len(arcs) == (ends == "periodic")
         assert "$4$" in texts(ax)
 
+    def test_what_sticks_and_the_force_on_it_are_shown(self, ax):
+        mechanism(examples.coulomb(), ax, x=[0.3, 0.1], friction=[-0.4, 0.2], sticks=[True, False])
+        assert {"1 sticks", "2 slips", "$f_1$", "$f_2$"} <= set(texts(ax))
+        rides, slips = (patch for patch in ax.patches if patch.get_gid())
+        assert slips.get_facecolor() == (1.0, 1.0, 1.0, 1.0) != rides.get_facecolor()
+        arrows = {
+            name: text for text in ax.texts if (name := text.get_text()) in ("$f_1$", "$f_2$")
+        }
+        where = [arrows[name].get_position()[0] for name in ("$f_1$", "$f_2$")]
+        middles = [patch.get_x() + 0.5 * patch.get_width() for patch in (rides, slips)]
+        assert where[0] < middles[0]
+        assert where[1] > middles[1]
+
     def test_one_block_hangs_on_one_wall(self, ax):
         mechanism(Oscillator(V=0.1, friction=Coulomb(mu=0.2)), ax)
         assert texts(ax).count("$k$") == 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias
 
@@ -34,6 +34,19 @@ class _Measured:
 
     sigma: float | None
     _quantities: ClassVar[Mapping[str, Quantity]]
+    _axes: ClassVar[tuple[str, str]]  # what was measured over what
+
+    @property
+    def abscissa(self) -> tuple[str, Floats]:
+        """Name and values of what was measured over: times, speeds, or the numbers of events."""
+        name, (_, values, _) = self._axes[0], self.rows[0]
+        return name, np.asarray(getattr(self, name, np.arange(1.0, len(values) + 1.0)))
+
+    @property
+    def rows(self) -> list[tuple[str, Floats, float]]:
+        """Name, values (n, k) and standard error of what was measured, a guess if not given."""
+        values = np.asarray(getattr(self, self._axes[1]))[:, None]
+        return [(self._axes[1], values, self.sigma or guessed(values))]
 
     @property
     def is_weighed(self) -> bool:
@@ -124,6 +137,7 @@ class Record(_Measured):
     v0: Any = None
     d: Any = None
     free_start: bool = False
+    _axes: ClassVar = ("t", "x")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         "t": "time",
         **dict.fromkeys(("x", "x0", "d", "sigma"), "displacement"),
@@ -171,7 +185,7 @@ class Record(_Measured):
 
     @property
     def rows(self) -> list[tuple[str, Floats, float]]:
-        """Name, values (n, k) and standard error of what was measured, a guess if not given."""
+        """Displacements, then velocities."""
         each = (("x", self.x, self.sigma), ("v", self.v, self.sigma_v))
         return [
             (name, np.asarray(values), sigma or guessed(np.asarray(values)))
@@ -212,6 +226,7 @@ class EventTimes(_Measured):
     v0: Any = None
     d: Any = None
     free_start: bool = False
+    _axes: ClassVar = ("event", "times")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         **dict.fromkeys(("times", "sigma"), "time"),
         **dict.fromkeys(("x0", "d"), "displacement"),
@@ -267,13 +282,14 @@ class MapPoints(_Measured):
     d: Any
     value: Any
     sigma: float | None = None
+    _axes: ClassVar = ("d", "value")
     _quantities: ClassVar[Mapping[str, Quantity]] = dict.fromkeys(
         ("d", "value", "sigma"), "displacement"
     )
 
     def __post_init__(self) -> None:
         """Check every number."""
-        self._store(**_pairs(self, "d", "value"), sigma=_sigma("sigma", self.sigma))
+        self._store(**_pairs(self, *self._axes), sigma=_sigma("sigma", self.sigma))
 
 
 @suggests
@@ -306,6 +322,7 @@ class ForcePoints(_Measured):
     sigma: float | None = None
     block: int = 1
     forward: bool = False
+    _axes: ClassVar = ("speed", "force")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         "speed": "velocity",
         **dict.fromkeys(("force", "sigma"), "force"),
@@ -313,7 +330,7 @@ class ForcePoints(_Measured):
 
     def __post_init__(self) -> None:
         """Check every number."""
-        pairs = _pairs(self, "speed", "force")
+        pairs = _pairs(self, *self._axes)
         if pairs["speed"].min() < 0.0:
             raise ValueError(f"speed = {pairs['speed'].min():.6g}: slip speeds are >= 0")
         block, forward = whole_number("block", self.block), flag("forward", self.forward)
@@ -356,6 +373,7 @@ class CyclePeriods(_Measured):
     V: Any
     period: Any
     sigma: float | None = None
+    _axes: ClassVar = ("V", "period")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         "V": "velocity",
         **dict.fromkeys(("period", "sigma"), "time"),
@@ -363,13 +381,23 @@ class CyclePeriods(_Measured):
 
     def __post_init__(self) -> None:
         """Check every number."""
-        pairs = _pairs(self, "V", "period")
+        pairs = _pairs(self, *self._axes)
         if pairs["period"].min() <= 0.0:
             raise ValueError(f"period = {pairs['period'].min():.6g}: periods are > 0")
         self._store(**pairs, sigma=_sigma("sigma", self.sigma))
 
 
 Data: TypeAlias = Record | EventTimes | MapPoints | ForcePoints | CyclePeriods
+
+
+def compared(data: Data, fitted: Floats) -> Iterator[tuple[str, Floats, Floats, Floats, float]]:
+    """Yield what was measured, over what, in its order; what a model gives; standard error."""
+    _, at = data.abscissa
+    order, end = np.argsort(at, kind="stable"), 0
+    for name, values, sigma in data.rows:
+        begin, end = end, end + values.size
+        model = fitted[begin:end].reshape(values.shape)
+        yield name, at[order], values[order], model[order], sigma
 
 
 def series(name: str, values: object) -> Floats:

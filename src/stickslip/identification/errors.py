@@ -63,33 +63,37 @@ class Profile(Result):
         return f"Profile of {self.parameter}: 95 per cent in ({low:.8g}, {high:.8g})"
 
 
-def predict(fit: Fit, quantity: Callable[[Model], Any]) -> Prediction:
+def predict(fit: Fit, quantity: Callable[[Model], Any], axes: Floats) -> Prediction:
     """Carry the covariance to a quantity, along the axes of the ellipsoid of errors."""
-    at_best = _numbers(quantity, fit.model)
-    sizes, axes = np.linalg.eigh(fit.covariance)
+    at_best = _numbers(fit, quantity, np.zeros(len(fit.values)))
     square, bent = np.zeros(at_best.shape), np.zeros(at_best.shape)
-    for size, axis in zip(sizes, axes.T, strict=True):
-        if size <= 0.0:
-            continue
-        ahead, behind = (
-            _numbers(quantity, fit.model.replace(**_moved(fit, sign * np.sqrt(size) * axis)))
-            for sign in (1.0, -1.0)
-        )
+    for axis in axes:
+        ahead, behind = (_numbers(fit, quantity, step) for step in (axis, -axis))
         square += (0.5 * (ahead - behind)) ** 2
         bent += 0.5 * (ahead + behind) - at_best
     found = at_best, np.sqrt(square), bent
     return Prediction(*(float(each) if each.ndim == 0 else each for each in found))
 
 
-def _numbers(quantity: Callable[[Model], Any], model: Model) -> Floats:
+def _numbers(fit: Fit, quantity: Callable[[Model], Any], step: Floats) -> Floats:
+    """Evaluate a quantity some way from the estimates."""
+    moved = dict(zip(fit.parameters, (fit.values + step).tolist(), strict=True))
+    values = ", ".join(f"{name} = {value:.6g}" for name, value in moved.items())
+    where = f"at {values}, {'one standard error from ' * bool(step.any())}the estimates"
+    try:
+        model = fit.model.replace(**moved)
+    except ValueError as error:
+        raise ValueError(
+            f"there is no model {where}: {error}. Fix a parameter, or measure what tells it"
+        ) from error
     try:
         return real_numbers("quantity(model)", quantity(model))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"quantity = {shown(quantity)}: {error}") from error
-
-
-def _moved(fit: Fit, step: Floats) -> dict[str, float]:
-    return dict(zip(fit.parameters, (fit.values + step).tolist(), strict=True))
+    except Exception as error:
+        raise ValueError(
+            f"quantity = {shown(quantity)} has no value {where}: {type(error).__name__}: {error}. "
+            "Look at fit.model.replace(...) with these values; where the model has none the "
+            "quantity may return NaN"
+        ) from error
 
 
 def crossings(values: Floats, root: Floats, best: float, reach: float) -> tuple[float, float]:

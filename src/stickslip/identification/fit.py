@@ -18,11 +18,12 @@ from stickslip.checks import (
     grid,
     instance,
     one_of,
+    random_generator,
     shown,
     whole_number,
 )
 from stickslip.identification.belonging import check_belongs
-from stickslip.identification.data import Data, EventTimes, Record
+from stickslip.identification.data import Data, EventTimes, Record, compared
 from stickslip.identification.errors import (
     HELD,
     POINTS,
@@ -55,9 +56,13 @@ LOOSE, TIGHT = 1e-2, 1e-4
 # Root mean square of residuals above which a model does not tell its data: in errors that were
 # given, or in hundredths of the scatter where none were.
 POOR, POOR_UNWEIGHED = 2.0, 30.0
+# Standard errors above which neighbouring residuals are alike, and the share of the data's scatter
+# below which they are rounding.
+ALIKE, ROUNDING = 3.0, 1e-5
 # Spread of starts about the model's parameters; of these the best are followed for some steps.
 ABOUT, KEPT, STEPS = 1.6, 16, 12
 MOST = 200  # evaluations in an approach
+MOST_DRAWN = 100  # times as many draws as are asked for, where most are outside the bounds
 # How much worse one motion may fit than its pieces did before it counts as lost.
 WORSE = 4.0
 # Relative changes of the sum of squares that end an approach: the last one, and those before it.
@@ -149,6 +154,13 @@ class Fit(Result):
                 f"the model does not tell these data: residuals are some {self._size * size:.2g} "
                 f"{unit}. Look at units, at what is fixed, at where the search starts (n_starts=)"
             )
+        told += [
+            f"residuals of data {k} are not scattered about zero (neighbours correlate by "
+            f"{value:.2f} +- {error:.2f}): the law or the model has another form, and the errors "
+            "mean little"
+            for k, (value, error) in enumerate(self.autocorrelation, start=1)
+            if value > ALIKE * error
+        ]
         missed = sum(int(np.sum(~np.isfinite(each))) for each in self.fitted)
         if missed:
             told.append(f"{missed} of {len(self.residuals)} data are not met by the model")
@@ -167,6 +179,15 @@ class Fit(Result):
     @property
     def _size(self) -> float:
         return float(np.sqrt(self.chi2 / self.n_free))
+
+    @property
+    def autocorrelation(self) -> Floats:
+        """Correlation of neighbouring residuals and its standard error, (sets of data, 2).
+
+        In the order of times, speeds or events: near 0 where the model tells the data, near 1 where
+        it has another form. NaN where the residuals are rounding.
+        """
+        return np.array([_alike(*each) for each in zip(self.data, self.fitted, strict=True)])
 
     @property
     def misfit_in_words(self) -> str:
@@ -203,7 +224,8 @@ class Fit(Result):
         -------
         Prediction
             `value`, `standard_error` and `curvature`, by differences over one standard error along
-            each axis of the covariance.
+            each axis of the covariance. Where curvature is not small beside the error, or models
+            beside have no such quantity, `stickslip.propagate` takes a `sample`.
 
         Raises
         ------
@@ -212,9 +234,57 @@ class Fit(Result):
         """
         if not callable(quantity):
             raise ValueError(f"quantity = {shown(quantity)}: a function of a model is needed")
+        return predict(self, quantity, self._axes())
+
+    def sample(self, n: int, *, rng: np.random.Generator | int | None = None) -> dict[str, Floats]:
+        """Draw parameters from the distribution of the estimates.
+
+        Parameters
+        ----------
+        n : int
+            Draws.
+        rng : Generator or int, optional
+            Source of random numbers, or its seed.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            By Student's distribution about the estimates with their covariance, as `intervals`;
+            draws outside the bounds are drawn again. `stickslip.propagate` carries them on.
+
+        Raises
+        ------
+        ValueError
+            The data cannot tell a parameter, or next to no draw is within the bounds.
+
+        Examples
+        --------
+        >>> import stickslip as ss
+        >>> block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+        >>> seen = ss.ForcePoints([0.1, 0.2, 0.3, 0.4], [0.52, 0.47, 0.51, 0.5])
+        >>> fitted = ss.fit(block, seen, ["mu"])
+        >>> fitted.sample(1000, rng=1)["mu"].mean().round(2)
+        np.float64(0.5)
+        """
+        n = whole_number("n", n, at_most=MOST_KEPT)
+        generator = random_generator("rng", rng)
+        axes, low, high = self._axes(), *self.bounds.T
+        found = np.empty((0, len(self.parameters)))
+        for _ in range(MOST_DRAWN):
+            wide = np.sqrt(self.n_free / generator.chisquare(self.n_free, size=(n, 1)))
+            drawn = self.values + wide * generator.standard_normal((n, len(axes))) @ axes
+            inside = ((low <= drawn) & (drawn <= high)).all(axis=1)
+            found = np.concatenate([found, drawn[inside]])
+            if len(found) >= n:
+                return dict(zip(self.parameters, found[:n].T.copy(), strict=True))
+        raise ValueError(f"of {MOST_DRAWN * n} draws {len(found)} are within the bounds")
+
+    def _axes(self) -> Floats:
+        """Axes of the ellipsoid of errors, one standard error long; ValueError if it is open."""
         if self.undetermined:
             raise ValueError(f"the data cannot tell {', '.join(self.undetermined)}: no error of it")
-        return predict(self, quantity)
+        sizes, axes = np.linalg.eigh(self.covariance)
+        return np.asarray((axes * np.sqrt(np.maximum(sizes, 0.0))).T)
 
     def misfit(self, data: Data | Sequence[Data]) -> float:
         """Compare the fitted model with data that were not fitted.
@@ -332,7 +402,10 @@ class Fit(Result):
                 self.parameters, self.values, self.standard_errors, strict=True
             )
         ]
-        return "\n".join([*lines, *(f"  {text}" for text in self.matched)])
+        for text, (value, error) in zip(self.matched, self.autocorrelation, strict=True):
+            alike = f", neighbouring residuals correlate by {value:.2f} +- {error:.2f}"
+            lines.append(f"  {text}{alike * bool(np.isfinite(value))}")
+        return "\n".join(lines)
 
     def _columns(self) -> dict[str, Any]:
         low, high = self.intervals.T
@@ -681,6 +754,18 @@ def _pieces_of(model: Model, record: Record) -> int:
     if model.plant.is_forced or not whole:
         return 1
     return int(np.clip((t[-1] - t[0]) / natural_period(model), 1, max(len(t) // 12, 1)))
+
+
+def _alike(data: Data, fitted: Floats) -> tuple[float, float]:
+    """Correlate neighbouring residuals, about zero; what the model does not meet is left out."""
+    together = squares = 0.0
+    for _, _, values, model, sigma in compared(data, fitted):
+        off = np.nan_to_num((model - values) / sigma)
+        if np.abs(off).max() * sigma <= ROUNDING * max(np.ptp(values), np.abs(values).max()):
+            return np.nan, np.nan
+        together += float(np.sum(off[1:] * off[:-1]))
+        squares += float(np.sum(off**2))
+    return together / squares, len(fitted) ** -0.5
 
 
 def _listed(data: Any) -> tuple[Data, ...]:

@@ -20,7 +20,6 @@ from stickslip.identification.data import (
     ForcePoints,
     MapPoints,
     Record,
-    guessed,
 )
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -361,7 +360,7 @@ class MapTerm(Term):
     def __init__(self, data: MapPoints, max_events: int = 10_000) -> None:
         self.data, self.max_events = data, max_events
         self.start = np.zeros(0)
-        self.sigma = data.sigma or guessed(np.asarray(data.value)[:, None])
+        ((_, _, self.sigma),) = data.rows
 
     def hurried(self) -> Term:
         """Return the term that gives up motions after few events."""
@@ -395,7 +394,7 @@ class PeriodTerm(Term):
     def __init__(self, data: CyclePeriods) -> None:
         self.data = data
         self.start = np.zeros(0)
-        self.sigma = data.sigma or guessed(np.asarray(data.period)[:, None])
+        ((_, _, self.sigma),) = data.rows
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Follow motions from rest to cycles, or to none."""
@@ -426,7 +425,7 @@ class ForceTerm(Term):
     def __init__(self, data: ForcePoints) -> None:
         self.data = data
         self.start = np.zeros(0)
-        self.sigma = data.sigma or guessed(np.asarray(data.force)[:, None])
+        ((_, _, self.sigma),) = data.rows
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Evaluate the law."""

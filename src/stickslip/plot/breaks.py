@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangle
 
 from stickslip.plot.style import PALETTE, axes_or_new
@@ -28,10 +29,21 @@ _SPRING_HEIGHT: Final = 0.62
 _PER_UNIT: Final = 0.55  # drawing length of one unit of displacement
 _FORCE_PER_UNIT: Final = 0.55  # drawing length of one unit of force
 _MOST_NAMED: Final = 6  # blocks with names on them
+_COLORS: Final = ("blue", "green", "purple", "orange", "sky", "grey")
+
+
+def block_color(block: int) -> str:
+    """Colour of a block, counted from 1, where these are told apart."""
+    return PALETTE[_COLORS[(block - 1) % len(_COLORS)]]
 
 
 def mechanism(
-    model: TwoBlock | BeltModel, ax: Axes | None = None, *, x: ArrayLike | None = None
+    model: TwoBlock | BeltModel,
+    ax: Axes | None = None,
+    *,
+    x: ArrayLike | None = None,
+    friction: ArrayLike | None = None,
+    sticks: ArrayLike | None = None,
 ) -> Axes:
     """Draw blocks, springs and belt; dampers and forces are left out.
 
@@ -46,6 +58,10 @@ def mechanism(
     x : array_like of float, shape (n,), optional
         Displacements to show, in units of f_s1 / k; by default 0, or those at which a
         global stick phase of two blocks that are level (d = 0) ends.
+    friction : array_like of float, shape (n,), optional
+        Forces of the belt on the blocks, in units of f_s1: arrows in place of the static limits.
+    sticks : array_like of bool, shape (n,), optional
+        Blocks that ride on the belt, drawn in full; others are outlined, dashed.
 
     Returns
     -------
@@ -60,8 +76,13 @@ def mechanism(
     right = rest[-1] + _LAST
     _belt(ax, right)
     for block, centre in enumerate(centres, start=1):
-        names = ("$m$" if n <= 2 else f"${block}$", rf"$f_{{\mathrm{{s}}{block}}}$")
-        _block(ax, block, centre, plant.static[block - 1], names if n <= _MOST_NAMED else None)
+        force, subscript = plant.static[block - 1], rf"f_{{\mathrm{{s}}{block}}}"
+        if friction is not None:
+            force, subscript = float(np.asarray(friction)[block - 1]), f"f_{block}"
+        rides = None if sticks is None else bool(np.asarray(sticks)[block - 1])
+        told = {None: "$m$" if n <= 2 else f"${block}$", True: f"{block} sticks"}
+        names = (told.get(rides, f"{block} slips"), f"${subscript}$")
+        _block(ax, block, centre, force, names if n <= _MOST_NAMED else None, rides)
     draw_supports = _walls if n <= 2 else _ceiling
     draw_supports(ax, rest, centres, plant.stiffness.sum(axis=1), right)
     _couplings(ax, centres, -plant.stiffness)
@@ -138,21 +159,30 @@ def _belt(ax: Axes, wall: float) -> None:
 
 
 def _block(
-    ax: Axes, block: int, centre: float, limit: float, names: tuple[str, str] | None
+    ax: Axes,
+    block: int,
+    centre: float,
+    force: float,
+    names: tuple[str, str] | None,
+    rides: bool | None,
 ) -> None:
-    """Draw a block and, all to one scale, the largest force with which the belt can hold it."""
+    """Draw a block and, all to one scale, a force of the belt on it, the largest by default."""
     width, height = _BLOCK
     left, gid = centre - width / 2, f"block-{block}"
-    ax.add_patch(
-        Rectangle(
-            (left, 0.0), width, height, facecolor=PALETTE["light"], ec="black", lw=0.9, gid=gid
-        )
-    )
-    start, end, red = left + 0.1, left + 0.1 + _FORCE_PER_UNIT * limit, PALETTE["vermillion"]
+    look: dict[str, Any] = {"facecolor": PALETTE["light"], "ec": "black", "lw": 0.9}
+    if rides is not None:
+        color = block_color(block)
+        shade = to_rgba(color, 0.45) if rides else "white"
+        look = {"facecolor": shade, "ec": color, "lw": 1.4, "ls": "-" if rides else "--"}
+    ax.add_patch(Rectangle((left, 0.0), width, height, gid=gid, **look))
+    red = PALETTE["vermillion"]
+    start = left + 0.1 if rides is None else centre
+    end = start + _FORCE_PER_UNIT * force
     _arrow(ax, (start, 0.2), (end, 0.2), red)
     if names:
         ax.text(centre, 0.72 * height, names[0], ha="center", va="center")
-        ax.text(end + 0.07, 0.2, names[1], color=red, va="center")
+        aside: dict[str, Any] = {"ha": "right" if force < 0.0 else "left", "va": "center"}
+        ax.text(end + np.copysign(0.07, force), 0.2, names[1], color=red, **aside)
 
 
 def _displacement_arrow(ax: Axes, block: int, rest: float, centre: float) -> None:
@@ -161,7 +191,7 @@ def _displacement_arrow(ax: Axes, block: int, rest: float, centre: float) -> Non
     ax.plot([rest, rest], [top, top + 0.75], color="black", lw=0.5, ls=(0, (4, 3)), zorder=3)
     ax.plot([centre, centre], [top, top + 0.75], color="black", lw=0.5)
     _arrow(ax, (rest, top + 0.5), (centre, top + 0.5), "black")
-    ax.text(0.5 * (rest + centre), top + 0.6, f"$x_{block}$", ha="center", va="bottom")
+    ax.text(max(rest, centre) + 0.08, top + 0.5, f"$x_{block}$", va="center")
 
 
 def _arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], color: str) -> None:

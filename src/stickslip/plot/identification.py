@@ -1,4 +1,4 @@
-"""Fits: measurements and what the model gives for them."""
+"""Fits: measurements and what the model gives for them, and the residuals below."""
 
 from __future__ import annotations
 
@@ -7,42 +7,68 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from stickslip.identification.data import Record, compared
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
 
-ABSCISSAE = {"Record": "t", "MapPoints": "d", "ForcePoints": "speed", "CyclePeriods": "V"}
-ORDINATES = {
-    "EventTimes": "times",
-    "MapPoints": "value",
-    "ForcePoints": "force",
-    "CyclePeriods": "period",
-}
+# Between the least and the largest positive abscissa, above which their axis is logarithmic.
+DECADES = 2.0
 
 
 def plot_fit(fit: Any, ax: Axes | None = None, *, data: int = 1, **style: Any) -> Axes:
-    """Draw a set of data, counted from 1, as black points and the model's values as lines."""
+    """Draw a set of data, counted from 1, as black points, the model's values as lines.
+
+    Residuals, in standard errors of the data, stand below, in the last axes of the figure.
+    """
     ax = axes_or_new(ax)
-    measured, fitted = fit.data[data - 1], fit.fitted[data - 1]
-    kind = type(measured).__name__
-    if kind == "Record":
-        name, values, _ = measured.rows[0]
-        rows = fitted[: values.size].reshape(values.shape)
-        labels = [symbol(name, block) for block in measured.blocks]
-        labelled = (symbol("t"), "" if len(labels) > 1 else labels[0])
-    else:
-        values = np.asarray(getattr(measured, ORDINATES[kind]))[:, None]
-        rows, labels = fitted[:, None], [ORDINATES[kind]]
-        labelled = (ABSCISSAE.get(kind, "event"), ORDINATES[kind])
-    at = np.asarray(getattr(measured, ABSCISSAE[kind])) if kind in ABSCISSAE else None
-    at = np.arange(1, len(values) + 1) if at is None else at
+    measured = fit.data[data - 1]
+    ordinate, at, values, model, sigma = next(compared(measured, fit.fitted[data - 1]))
+    abscissa, _ = measured.abscissa
+    of_blocks = isinstance(measured, Record)
+    labels = [symbol(ordinate, block) for block in measured.blocks] if of_blocks else ["fitted"]
+    below = _axes_below(ax)
+    below.axhline(0.0, lw=0.6, color=PALETTE["grey"])
     colors = list(PALETTE.values())[1:]  # black are the data
-    order = np.argsort(at, kind="stable")
+    points: dict[str, Any] = {"marker": ".", "ls": "", "ms": 4, "alpha": 0.4}
+    off = (values - model) / (sigma * fit.scale)
     for k, label in enumerate(labels):
         color = colors[k % len(colors)]
-        ax.plot(
-            at, values[:, k], ".", ms=4, color="black", alpha=0.4, label="" if k else "measured"
-        )
-        ax.plot(at[order], rows[order, k], **{"color": color, "label": label, **style})
-    ax.set(xlabel=labelled[0], ylabel=labelled[1])
+        ax.plot(at, values[:, k], color="black", label="" if k else "measured", **points)
+        ax.plot(at, model[:, k], **{"color": color, "label": label, **style})
+        below.plot(at, off[:, k], color=color if len(labels) > 1 else "black", **points)
+    if len(labels) == 1:
+        ax.set_ylabel(labels[0] if of_blocks else ordinate)
+    ax.tick_params(labelbottom=False)
+    below.set(xlabel=symbol("t") if of_blocks else abscissa, ylabel="residual")
+    positive = at[at > 0.0]
+    if len(positive) and np.ptp(np.log10(positive)) > DECADES and not of_blocks:
+        ax.set_xscale("symlog" if len(positive) < len(at) else "log")
     ax.legend()
     return ax
+
+
+def plot_propagated(found: Any, ax: Axes | None = None, **style: Any) -> Axes:
+    """Draw the histogram of a quantity that is a number, its median and its 95 per cent."""
+    if found.values.ndim > 1:
+        raise ValueError(f"a histogram shows numbers, not arrays {found.values.shape[1:]}")
+    ax = axes_or_new(ax)
+    known = found.values[np.isfinite(found.values)]
+    color = list(PALETTE.values())[1]
+    ax.hist(known, **{"bins": "auto", "color": color, "alpha": 0.5, **style})
+    ax.axvline(found.value, color="black")
+    for end in found.interval:
+        ax.axvline(end, color="black", ls="--")
+    ax.set(xlabel="quantity", ylabel="draws")
+    return ax
+
+
+def _axes_below(ax: Axes) -> Axes:
+    """Give a quarter of the place of axes to others with the same abscissa."""
+    place = ax.get_subplotspec()
+    if place is None:
+        raise ValueError("ax has no place in a grid for residuals below: take axes of subplots()")
+    grid = place.subgridspec(2, 1, height_ratios=(3, 1), hspace=0.08)
+    ax.set_subplotspec(grid[0])
+    figure = ax.get_figure(root=False)
+    assert figure is not None
+    return figure.add_subplot(grid[1], sharex=ax)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from llvmlite import binding
 
+from stickslip.analysis.maps.formulas import Formulas
 from stickslip.numerics.gpu import gpu_name
 from stickslip.numerics.kernel_cache import source_hash
 from stickslip.numerics.targets import config
@@ -31,6 +32,8 @@ def digest(content: Any) -> str:
 
 def function_identity(function: Callable[..., Any]) -> dict[str, Any]:
     """Describe a function by its name, its text and the numbers it has closed over."""
+    if isinstance(function, Formulas):
+        return {"formulas": function.__name__}
     name = f"{getattr(function, '__module__', '?')}:{getattr(function, '__qualname__', '?')}"
     function = getattr(function, "py_func", function)  # compiled by numba
     try:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 SCALES: Final = ("linear", "log")
 FORMAT: Final = 2  # raised when the same description would give other results
+LARGEST_SEED: Final = 2**63
 START: Final = "d"  # name of an axis of starting points
 POINTS_PER_TILE: Final = {"cpu": 4096, "cuda": 65_536}  # a GPU takes as many orbits at once
 TILES: Final = 64  # of a small sweep, so that all cores have work and little is lost

@@ -27,6 +27,7 @@ from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
     from stickslip.sweeps.job import Points
+    from stickslip.sweeps.system import System
 
 __all__ = [
     "Attractor",
@@ -320,7 +321,7 @@ def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
         raise ValueError(
             f"observables = {shown(given)} is not a list of observables or of their names."
         ) from reason
-    found = tuple(map(_as_observable, listed))
+    found = tuple(as_observable("observables", each) for each in listed)
     if not found:
         raise ValueError(
             f"observables = []: at least one is needed. Known: {', '.join(OBSERVABLES)}."
@@ -332,12 +333,21 @@ def as_observables(given: Iterable[Observable | str]) -> tuple[Observable, ...]:
     return found
 
 
-def _as_observable(given: Any) -> Observable:
+def check_needs(system: System, observables: Iterable[Observable]) -> None:
+    """ValueError where an observable asks for what a system lacks."""
+    for each in observables:
+        for need in each.needs:
+            if need in system.lacks:
+                raise ValueError(f"observable {each.name!r}: {system.lacks[need]}.")
+
+
+def as_observable(role: str, given: Any) -> Observable:
+    """Read an observable, or the name of one with its default settings."""
     if isinstance(given, Observable):
         return given
     if callable(given) and not isinstance(given, type):
         return Function(function=given)
     if not isinstance(given, str) or given not in OBSERVABLES or given == Function.name:
         hint = did_you_mean(given, [name for name in OBSERVABLES if name != Function.name])
-        raise ValueError(f"observables: {shown(given)} is unknown. {hint}")
+        raise ValueError(f"{role}: {shown(given)} is unknown. {hint}")
     return OBSERVABLES[given]()

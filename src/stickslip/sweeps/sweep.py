@@ -18,8 +18,8 @@ from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
 from stickslip.sweeps import engines
 from stickslip.sweeps.identity import target
-from stickslip.sweeps.job import START, Job, as_axes, compute, default_chunks, tiles
-from stickslip.sweeps.observables import as_observables
+from stickslip.sweeps.job import LARGEST_SEED, START, Job, as_axes, compute, default_chunks, tiles
+from stickslip.sweeps.observables import as_observables, check_needs
 from stickslip.sweeps.place import place_of, room_for, writing
 from stickslip.sweeps.store import (
     MARKS,
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from stickslip.sweeps.store import Store
     from stickslip.sweeps.system import System
 
-LARGEST_SEED = 2**63
 MOST_CHUNKS = 10**8  # 9 bytes of memory each
 MOST_BYTES = 2**31 - 1  # of a variable in a chunk: what its codec takes
 UNVERIFIED = "contents of the chunks, which going on with the sweep reads"
@@ -284,10 +283,8 @@ def _job(
         d = finite_number(START, d)
     if (d is not None or START in axes) and START in system.lacks:
         raise ValueError(f"d: {system.lacks[START]}.")
+    check_needs(system, observables)
     for each in observables:
-        for need in each.needs:
-            if need in system.lacks:
-                raise ValueError(f"observable {each.name!r}: {system.lacks[need]}.")
         for name in (output.name for output in each.outputs()):
             if name in axes or name == MARKS:
                 raise ValueError(f"observable {each.name!r}: the name {name!r} is taken.")
