@@ -27,10 +27,11 @@ from starlette.responses import Response
 
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.attractors.basins import basins
-from stickslip.analysis.bifurcations.bifurcations import bifurcations
-from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.bifurcations.bifurcations import bifurcations_of
+from stickslip.analysis.diagrams.diagrams import diagram_of
 from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.analysis.work import Work
 from stickslip.app import requests
 from stickslip.app.as_python import as_python
 from stickslip.app.jobs import Job, TimeIsUpError, progress_between, undisturbed
@@ -46,6 +47,7 @@ from stickslip.app.requests import (
 )
 from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
+from stickslip.app.views.diagram import surveyed
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import (
     found_cycle,
@@ -363,13 +365,11 @@ def _basins(request: requests.Basins) -> Draw:
 
 def _diagram(request: requests.Diagram) -> Draw:
     f = line_family(map_of(request))
-    asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
-    values = np.linspace(*range_of(f, request), request.values)
-    with naming("window"):
-        watch = progress_between(0.0, 0.5)
-        diagram = bifurcation_diagram(f, request.parameter, values, progress=watch, **asked)
-        watch = progress_between(0.5, 1.0)
-        found = bifurcations(f, request.parameter, request.range, progress=watch, **asked)
+    low, high = range_of(f, request)
+    survey = surveyed(f, request, low, high)
+    watched = Work(progress_between(0.4, 0.5))
+    diagram = diagram_of(survey, np.linspace(low, high, request.values), watched)
+    found = bifurcations_of(survey, progress_between(0.0, 1.0))
     return lambda ax: draw_diagram(diagram, ax, bifurcations=found)
 
 

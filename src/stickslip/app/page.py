@@ -28,6 +28,12 @@ if TYPE_CHECKING:
 COULOMB_RANGE: Final = (0.0366, 0.0372)  # of V, figure 4
 LAW9_RANGE: Final = (1.208, 1.21865)  # of alpha, figure 11
 LAW9_WINDOW: Final = (0.379, 0.39)
+APPROACH: Final[dict[str, Any]] = {
+    "d": 0.2785,
+    "power": 4,
+    "windows": {"map": (0.274, 0.284, -0.27, -0.2), "power": (0.274, 0.284, 0.274, 0.284)},
+}
+"""Where a point of S4 and a jump meet, figure 6."""
 
 OSCILLATOR: Final = {
     "kind": "oscillator",
@@ -243,8 +249,8 @@ def presets() -> list[dict[str, Any]]:
     )
     listed = {
         "coulomb": ("Coulomb friction (figure 5)", _coulomb(0.0366)),
-        "fig06": ("Coulomb, before the collision (figure 6)", _coulomb(0.0369, power=4)),
-        "fig08": ("Coulomb, after the collision", _coulomb(0.0370, power=4)),
+        "fig06": ("Coulomb, before the collision (figure 6)", _coulomb(0.0369, **APPROACH)),
+        "fig08": ("Coulomb, after the collision", _coulomb(0.0370, **APPROACH)),
         "law9": ("Friction law (9) (figure 12)", _law9(1.208)),
         "law9-map": ("Law (9), the whole map", _law9(1.208, window=None)),
         "fig14": ("Law (9), near the crisis", _law9(1.211)),

@@ -73,9 +73,13 @@ def _of_line(
     """List what is asked of a map of the line."""
     of_map = {name: value for name, value in asked.items() if name == "section"}
     along, window = state["diagram"], state.get("window")
-    drawn = {**of_map, "window": window, "points": 500}
-    yield "map", "event_map", {**drawn, "power": 1, "max_period": state.get("max_period", 4)}
-    yield "power", "event_map", {**drawn, "power": state.get("power", 2), "max_period": 0}
+    shown = {name: box[:2] for name, box in state.get("windows", {}).items()}
+    for name, power, max_period in (
+        ("map", 1, state.get("max_period", 4)),
+        ("power", state.get("power", 2), 0),
+    ):
+        drawn = {"window": shown.get(name, window), "points": 500}
+        yield name, "event_map", {**of_map, **drawn, "power": power, "max_period": max_period}
     yield "cobweb", "cobweb", {**asked, "n": 160}
     yield "basins", "basins", {**of_map, "resolution": 1e-3}
     moved = model_of_values(state["model"]).replace(**{along["parameter"]: along["range"][0]})

@@ -104,8 +104,8 @@ def test_maps_and_motions_are_computed_there(alone, preset, parameter, value):
     np.testing.assert_allclose(np.array(y, dtype=float), expected.value, rtol=1e-13, atol=2e-15)
     assert max(branch) == np.count_nonzero(np.diff(expected.label.astype(np.int64)))
     orbits = alone.view("map", "view.orbits.orbits")
-    assert len(orbits) > 0
-    for orbit in orbits:
+    assert any(orbit["stable"] for orbit in orbits)
+    for orbit in (one for one in orbits if one["kind"] != "infinitely unstable"):
         points = np.array(orbit["points"])
         np.testing.assert_allclose(f(points), np.roll(points, -1), rtol=1e-9, atol=1e-10)
         slope = f.derivative(points).prod()
@@ -120,15 +120,48 @@ def test_maps_and_motions_are_computed_there(alone, preset, parameter, value):
     alone.shoot(f"alone, computed {preset} {parameter}")
 
 
-@pytest.mark.parametrize("V", [0.1441, 0.037027])
-def test_orbits_where_two_branches_meet_are_seen(alone, V):
+COLLISION = 0.0369759235  # of S4 and a jump; the page's own numbers come within 1e-6 of it
+
+
+def by_period(orbits):
+    """Points of orbits by kind and period, from left to right."""
+    found = {}
+    for points, kind in orbits:
+        found.setdefault((kind, len(points)), []).append(sorted(map(float, points)))
+    return {key: sorted(found[key]) for key in sorted(found)}
+
+
+@pytest.mark.parametrize(
+    ("preset", "parameter", "value"),
+    [
+        *(("coulomb", "V", V) for V in (0.1441, 0.037027, 0.0367, 0.03696, 0.03697, 0.036975)),
+        ("coulomb", "V", COLLISION - 1e-6),
+        ("law9", "alpha", 1.2095),  # beside a border collision and a flip
+    ],
+)
+def test_orbits_and_breaks_are_the_library_s(alone, preset, parameter, value):
+    alone.page.evaluate("(preset) => { location.hash = `preset=${preset}`; }", preset)
     alone.page.wait_for_function(ALL_SHOWN)
-    alone.page.evaluate("(V) => explorer.setParameter('V', V)", V)
+    alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [parameter, value])
     alone.page.wait_for_function(CURRENT)
-    seen = [o["points"][0] for o in alone.view("map", "view.orbits.orbits") if o["period"] == 1]
-    model = ss.examples.coulomb(V=V)
-    expected = [float(o.points[0]) for o in ss.periodic_orbits(model, max_period=1)]
-    np.testing.assert_allclose(sorted(seen), sorted(expected), rtol=1e-9)
+    f = ss.event_map(getattr(ss.examples, preset)().replace(**{parameter: value}))
+    seen = by_period((o["points"], o["kind"]) for o in alone.view("map", "view.orbits.orbits"))
+    listed = ss.periodic_orbits(f, alone.state["max_period"], infinitely_unstable=True)
+    expected = by_period((orbit.points, orbit.kind) for orbit in listed)
+    assert seen.keys() == expected.keys()
+    for key, orbits in expected.items():
+        np.testing.assert_allclose(seen[key], orbits, rtol=1e-8, atol=1e-9)
+    breaks = alone.view("map", "view.values.data.breakpoints")
+    expected = ss.breakpoints(f)
+    assert [one["kind"] for one in breaks] == [one.kind for one in expected]
+    sides = [[one["at"], one["left"], one["right"]] for one in breaks]
+    np.testing.assert_allclose(
+        np.array(sides, dtype=float), [[b.d, b.left, b.right] for b in expected], rtol=0, atol=1e-9
+    )
+    assert (
+        alone.view("map", "view.thing(view.values.data.breakpoints[0].at, NaN).modes.length") == 2
+    )
+    alone.shoot(f"alone, orbits {preset} {value}")
 
 
 def test_it_says_what_it_does_not_compute(alone):

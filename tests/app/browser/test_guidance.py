@@ -34,6 +34,17 @@ def test_a_sentence_says_what_is_seen(explorer):
     assert "behind, at" in sentence(explorer, "diagram")
 
 
+def test_no_two_orbits_have_one_name(explorer):
+    orbits = explorer.view("map", "view.orbits.orbits")
+    proper = {o["name"]: o["points"] for o in orbits if o["kind"] != "infinitely unstable"}
+    assert sorted(proper) == ["S1", "S4", "U1", "U2"]  # as figure 4 of the paper
+    assert proper["U1"] < proper["U2"]
+    assert len({orbit["name"] for orbit in orbits}) == len(orbits)
+    two = [{"stable": True, "kind": "stable", "period": 2, "points": [x, 1]} for x in (0.3, 0.1)]
+    names = "async (orbits) => (await import('/static/marks.js')).named(orbits)"
+    assert [o["name"] for o in explorer.page.evaluate(names, two)] == ["S2b", "S2"]
+
+
 def test_words_stand_beside_the_sliders(explorer):
     words = explorer.page.locator(".row.worded:visible .word").all_text_contents()
     assert "driving velocity" in words
@@ -88,6 +99,92 @@ def test_the_tour_is_walked_by_keyboard_alone(explorer):
     assert explorer.page.locator(".tour").is_hidden()
 
 
+def seen_of_tour(explorer):
+    """Step, value of the model, whether the tour's text is seen, and what has the focus."""
+    tour = explorer.page.locator(".tour")
+    focus = explorer.page.evaluate("() => document.activeElement.textContent")
+    return tour.locator("h2").text_content()[:1], tour.is_visible(), focus
+
+
+def test_the_tour_goes_on_in_the_large_view(explorer):
+    press = explorer.page.keyboard.press
+    press("g")
+    press("Enter")
+    for key, large in (("f", 2), ("f", 0), ("f", 2), ("Escape", 0), ("f", 2)):
+        press(key)
+        assert seen_of_tour(explorer) == ("2", True, "Next")
+        assert len(explorer.state["large"]) == large
+    explorer.settle()
+    explorer.shoot("tour, large")
+    assert not violations(explorer)
+    tour = explorer.page.locator(".tour")
+    assert tour.evaluate("(e) => parseFloat(getComputedStyle(e).fontSize)") >= 18
+    assert explorer.panel("map").bounding_box()["height"] > 450
+    box = tour.bounding_box()
+    assert box["y"] + box["height"] <= 800
+    tour.get_by_role("button", name="V = 0.0366").click()
+    assert explorer.state["model"]["V"] == 0.0366
+    assert len(explorer.state["large"]) == 2
+    press("g")
+    assert tour.is_hidden()
+    press("g")
+    assert seen_of_tour(explorer) == ("2", True, "Next")
+    press("Enter")
+    assert seen_of_tour(explorer)[0] == "3"
+    assert len(explorer.state["large"]) == 2
+    tour.get_by_role("button", name="End").click()
+    press("Escape")
+
+
+def test_a_clicker_walks_the_tour(explorer):
+    press = explorer.page.keyboard.press
+    press("PageDown")
+    assert explorer.page.locator(".tour").is_hidden()
+    press("g")
+    steps = []
+    for key in (*["PageDown"] * 5, "PageUp", "ArrowLeft", "ArrowRight"):
+        press(key)
+        steps.append(seen_of_tour(explorer)[0])
+    assert steps == [*"2345", "5", *"434"]
+    slider = explorer.page.locator(".row:visible input[type=range]").first
+    slider.focus()
+    before = slider.input_value()
+    press("ArrowRight")
+    press("PageDown")
+    assert seen_of_tour(explorer)[0] == "4"
+    assert slider.input_value() != before
+    slider.blur()
+    press("PageDown")
+    assert seen_of_tour(explorer)[0] == "5"
+    explorer.page.locator(".tour").get_by_role("button", name="Done").click()
+
+
+def test_the_tour_shows_what_it_speaks_of(explorer):
+    explorer.page.keyboard.press("g")
+    for said in ("", "at 0.2794: block 2", "at 0.2795: block 2", "at 0.3815: block 2", ""):
+        explorer.settle("diagram")
+        explorer.shoot(f"tour {explorer.page.locator('.tour h2').text_content()[:1]}")
+        assert said in sentence(explorer, "map")
+        explorer.page.keyboard.press("PageDown")
+    seen, known = explorer.page.evaluate(
+        """() => {
+            const { prototype } = CanvasRenderingContext2D;
+            const { fillText } = prototype;
+            const seen = [];
+            prototype.fillText = function (...of) {
+                seen.push(of[0]);
+                return fillText.apply(this, of);
+            };
+            const view = explorer.views.find(({ id }) => id === "diagram");
+            view.plot.paint();
+            prototype.fillText = fillText;
+            return [seen, view.bifurcations.map(({ short }) => short)];
+        }"""
+    )
+    assert seen.count("CR") >= known.count("CR") == 2
+    explorer.page.get_by_role("button", name="Done").click()
+
+
 def test_the_tour_says_what_the_library_finds():
     text = (files("stickslip.app") / "static" / "tour.js").read_text(encoding="utf-8")
     (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
@@ -100,6 +197,9 @@ def test_the_tour_says_what_the_library_finds():
     assert f"{s1.multiplier:.2f}" in text
     (corner,) = [one for one in ss.breakpoints(f) if 0.38 < one.d < 0.383]
     assert f"d = {corner.d:.4f}" in text
+    assert f"from {corner.left_slope:.2f} to {corner.right_slope:.2f}" in text
+    periods = [found.period for found in ss.attractors(ss.examples.coulomb(V=0.037))]
+    assert f"after {max(periods)} sticks" in text
     found = ss.bifurcations(
         ss.examples.law9(), "alpha", (1.208, 1.2105), window=(0.379, 0.39), max_period=2
     )

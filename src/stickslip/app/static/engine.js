@@ -109,20 +109,22 @@ export class Engine {
     }
   }
 
-  /** @param {ArrayLike<number>} d @returns {Samples} */
+  /** @param {ArrayLike<number>} d  as many as there are @returns {Samples} */
   map(d) {
-    this.array("map.points").set(d);
-    this.array("map.stop")[0] = BigInt(d.length);
-    const [value, slope, label, status] = ["value", "derivative", "label", "status"].map((name) =>
-      this.array(`map.outputs.${name}`),
-    );
-    this.entries.map();
-    for (let k = 0; k < d.length; k++) if (status[k] !== OK) value[k] = slope[k] = NaN;
-    return {
-      value: value.slice(0, d.length),
-      slope: slope.slice(0, d.length),
-      label: label.slice(0, d.length),
-    };
+    const points = this.array("map.points");
+    const outputs = ["value", "derivative", "label"].map((name) => this.array(`map.outputs.${name}`));
+    const status = this.array("map.outputs.status");
+    const [value, slope, label] = outputs.map((output) => new output.constructor(d.length));
+    for (let from = 0; from < d.length; from += points.length) {
+      const count = Math.min(points.length, d.length - from);
+      for (let k = 0; k < count; k++) points[k] = d[from + k];
+      this.array("map.stop")[0] = BigInt(count);
+      this.entries.map();
+      [value, slope, label].forEach((all, k) => all.set(outputs[k].subarray(0, count), from));
+      for (let k = 0; k < count; k++)
+        if (status[k] !== OK) value[from + k] = slope[from + k] = NaN;
+    }
+    return { value, slope, label };
   }
 
   /** Modes of each phase from d to the next, as text. @param {number} d */

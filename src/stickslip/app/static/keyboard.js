@@ -4,18 +4,20 @@
  * @import {App} from "./app.js"
  * @import {Controls} from "./controls.js"
  * @import {Player} from "./player.js"
+ * @import {Tour} from "./tour.js"
  */
 import { element } from "./dom.js";
 import { PATIENT } from "./questions.js";
 
 /**
- * @typedef {{keys: string[], shown: string, does: string, run?: (event: KeyboardEvent) => void}} Key
- * @param {{app: App, controls: Controls, player: Player, theme: () => void, help: () => void, legend: () => void, table: () => void, tour: () => void, present: () => void, leave: () => boolean}} page
+ * @typedef {{keys: string[], shown: string, does: string, run?: (event: KeyboardEvent) => void, when?: (target: HTMLElement) => boolean}} Key
+ * @param {{app: App, controls: Controls, player: Player, walk: Tour, theme: () => void, help: () => void, legend: () => void, table: () => void, tour: () => void, present: () => void, leave: () => boolean}} page
  * @returns {Key[]}
  */
-export function keyTable({ app, controls, player, theme, help, legend, table, tour, present, leave }) {
+export function keyTable({ app, controls, player, walk, theme, help, legend, table, tour, present, leave }) {
   const power = (/** @type {KeyboardEvent} */ { key }) =>
     app.store.update({ power: Number(key) }, "power");
+  const walks = (/** @type {HTMLElement} */ target) => walk.shown && !target.matches("input");
   return [
     {
       keys: [" "],
@@ -33,6 +35,20 @@ export function keyTable({ app, controls, player, theme, help, legend, table, to
     { keys: ["ctrl+Z", "ctrl+y", "Z", "y"], shown: "Y", does: "redo", run: () => app.store.redo() },
     { keys: ["0"], shown: "0", does: "show everything: no zoom", run: () => showAll(app) },
     { keys: ["g"], shown: "G", does: "the tour: five steps through the paper", run: tour },
+    {
+      keys: ["PageDown", "ArrowRight"],
+      shown: "Page Down, →",
+      does: "tour: on",
+      run: () => walk.step(1),
+      when: walks,
+    },
+    {
+      keys: ["PageUp", "ArrowLeft"],
+      shown: "Page Up, ←",
+      does: "tour: back",
+      run: () => walk.step(-1),
+      when: walks,
+    },
     { keys: ["l"], shown: "L", does: "what the marks mean", run: legend },
     { keys: ["o"], shown: "O", does: "table of orbits, breaks and bifurcations", run: table },
     { keys: ["f"], shown: "F", does: "present: one or two views, large", run: present },
@@ -58,7 +74,7 @@ export function listen(table, player) {
       return;
     if (target.matches("button") && (event.key === " " || event.key === "Enter")) return;
     const name = (event.ctrlKey || event.metaKey ? "ctrl+" : "") + event.key;
-    const found = table.find(({ keys }) => keys.includes(name));
+    const found = table.find(({ keys, when }) => keys.includes(name) && (when?.(target) ?? true));
     if (!found?.run) return;
     event.preventDefault();
     found.run(event);

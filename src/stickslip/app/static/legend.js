@@ -8,7 +8,7 @@ import { colors } from "./theme.js";
 const GROUPS = {
   "Orbits: motions that repeat": [
     ["mark disc ink", "S4", "stable: motions nearby settle on it; repeats after 4 common sticks"],
-    ["mark square vermillion", "U1", "unstable: motions nearby leave it"],
+    ["mark square vermillion", "U1", "unstable: motions nearby leave it; numbered by periods, then from left to right"],
     ["mark cross purple", "", "infinitely unstable: through a jump of the map"],
   ],
   "Event map": [

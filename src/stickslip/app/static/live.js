@@ -1,13 +1,14 @@
 /**
  * In the place of a server: a thread that answers what the package's kernels can answer alone.
  *
- * @import {Model, Numbers, Orbit} from "./types.js"
- * @import {Law, Samples} from "./engine.js"
+ * @import {Model, Numbers} from "./types.js"
+ * @import {Law} from "./engine.js"
  */
 import { Engine, force } from "./engine.js";
+import { breaksOfPower, iterated, orbits, pieces } from "./orbits.js";
 
 const AGAIN = 1e-9; // of the domain: an orbit is back
-const NEWTON = 12;
+const SAMPLES = 500; // of the whole map, to see its breaks
 
 /** @typedef {{data: Record<string, any>, arrays?: Record<string, Numbers>}} Found */
 
@@ -76,20 +77,20 @@ const VIEWS = {
   *event_map(engine, { model, window, points, power, max_period }) {
     const domain = domainOf(model);
     const x = evenly(window ?? domain, points);
-    const runs = iterated(engine, x, Math.max(power, max_period));
-    const { value, label } = runs[power - 1];
+    const { value, label } = iterated(engine, x, power)[power - 1];
     const { branch, first } = branches(value, label);
     const itineraries = power === 1 ? first.map((k) => engine.itinerary(x[k])) : undefined;
     const labels = first.map((k) => label[k].toString(16));
-    yield {
-      name: "samples",
-      data: { domain, labels, itineraries, breakpoints: [] },
-      arrays: { x, f: value, branch },
-    };
-    if (max_period) {
-      const found = orbits(engine, x, runs, max_period);
-      yield { name: "orbits", data: { orbits: found, complete: false } };
-    }
+    const arrays = { x, f: value, branch };
+    yield { name: "samples", data: { domain, labels, itineraries, breakpoints: [] }, arrays };
+    const whole = pieces(engine, Float64Array.from([...evenly(domain, SAMPLES), ...x]).sort());
+    const breakpoints = breaksOfPower(engine, whole, power).map((one) =>
+      power === 1 ? { ...one, itineraries: sides(one.at).map((at) => engine.itinerary(at)) } : one,
+    );
+    yield { name: "branches", data: { domain, labels, itineraries, breakpoints }, arrays };
+    if (max_period)
+      for (const found of orbits(engine, whole, max_period))
+        yield { name: "orbits", data: { orbits: found, complete: false } };
   },
 
   *cobweb(engine, { model, d, n }) {
@@ -156,21 +157,8 @@ const VIEWS = {
   },
 };
 
-/** The map's powers, up to one. @param {Engine} engine @param {Float64Array} x @param {number} most */
-function iterated(engine, x, most) {
-  /** @type {Samples[]} */ const runs = [];
-  for (let k = 0; k < most; k++) {
-    const before = runs.at(-1);
-    const now = engine.map(before?.value ?? x);
-    if (before)
-      for (let i = 0; i < x.length; i++) {
-        now.slope[i] *= before.slope[i];
-        now.label[i] = BigInt.asUintN(64, before.label[i] * 0x100000001b3n) ^ now.label[i];
-      }
-    runs.push(now);
-  }
-  return runs;
-}
+/** Just before and just after. @param {number} at */
+const sides = (at) => [at - AGAIN, at + AGAIN];
 
 /** Runs of equal labels, counted from the left; -1 where there is no value. */
 function branches(/** @type {Float64Array} */ value, /** @type {BigUint64Array} */ label) {
@@ -184,84 +172,33 @@ function branches(/** @type {Float64Array} */ value, /** @type {BigUint64Array} 
   return { branch, first };
 }
 
-/**
- * Orbits seen on samples: where a power crosses the diagonal, inside a branch or from one to the
- * next; where it jumps over the diagonal nothing is solved for.
- * @param {Engine} engine @param {Float64Array} x @param {Samples[]} runs @param {number} most
- */
-function orbits(engine, x, runs, most) {
-  /** @type {Orbit[]} */ const found = [];
-  const width = x[x.length - 1] - x[0];
-  const known = (/** @type {number} */ at) =>
-    found.some(({ points }) => points.some((point) => Math.abs(point - at) < 1e-7 * width));
-  runs.slice(0, most).forEach(({ value }, k) => {
-    for (let i = 1; i < x.length; i++) {
-      const [left, right] = [value[i - 1] - x[i - 1], value[i] - x[i]];
-      if (!(left * right <= 0)) continue;
-      const at = solved(engine, x[i - 1], x[i], k + 1);
-      if (Number.isNaN(at) || known(at)) continue;
-      found.push(orbitOf(engine, at, k + 1));
-    }
-  });
-  return found;
-}
+/** Slots whose question nobody waits for any more. @type {Set<string>} */
+const dropped = new Set();
 
-/** Newton's method for f^p(d) = d between two points, halving where it leaves them. */
-function solved(
-  /** @type {Engine} */ engine,
-  /** @type {number} */ low,
-  /** @type {number} */ high,
-  /** @type {number} */ power,
-) {
-  const off = (/** @type {number} */ at) => {
-    const { value, slope } = /** @type {Samples} */ (
-      iterated(engine, Float64Array.of(at), power).at(-1)
-    );
-    return [value[0] - at, slope[0] - 1];
-  };
-  let d = 0.5 * (low + high);
-  const rising = off(high)[0] > 0;
-  for (let k = 0; k < 5 * NEWTON; k++) {
-    const [value, slope] = off(d);
-    if (value > 0 === rising) high = d;
-    else low = d;
-    const next = d - value / slope;
-    const to = next > low && next < high ? next : 0.5 * (low + high);
-    if (Math.abs(to - d) <= 4e-16 * Math.max(1, Math.abs(d))) break;
-    d = to;
-  }
-  return Math.abs(off(d)[0]) < 1e-9 ? d : NaN;
-}
-
-/** @param {Engine} engine @param {number} d @param {number} period @returns {Orbit} */
-function orbitOf(engine, d, period) {
-  const runs = iterated(engine, Float64Array.of(d), period);
-  const points = [d, ...runs.slice(0, -1).map(({ value }) => value[0])];
-  const multiplier = runs[period - 1].slope[0];
-  const stable = Math.abs(multiplier) < 1;
-  const kind = stable ? "stable" : "unstable";
-  const itinerary = points.map((point) => engine.itinerary(point));
-  return { period, points, multiplier, stable, kind, itinerary };
-}
+/** Messages that came meanwhile are heard. */
+const pause = () => new Promise((go) => setTimeout(go));
 
 /** @param {any} message */
-async function answer({ id, view, request, cancel }) {
-  if (cancel) return; // an answer that nobody waits for any more is not listened to
+async function answer({ id, slot, view, request }) {
   const part = (/** @type {object} */ more) =>
     self.postMessage({ id, view, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
   const engine = await engineOf(request.model);
   if (!engine || !VIEWS[view]) return part({ cancelled: true });
   const error = fault(request.model, engine.law);
   if (error) return part({ error });
-  const found = [...VIEWS[view](engine, request)];
-  found.forEach(({ name, data, arrays = {} }, k) =>
-    part({ part: k, last: k === found.length - 1, data: { part_name: name, ...data }, arrays }),
-  );
+  for (const { name, data, arrays = {} } of VIEWS[view](engine, request)) {
+    if (dropped.has(slot)) return part({ cancelled: true });
+    part({ last: false, progress: 0.5, data: { part_name: name, ...data }, arrays });
+    await pause();
+  }
+  part({ data: { part_name: "end" } });
 }
 
-/** One after the other. @type {Promise<void>} */
+/** One after the other: an engine holds one model. @type {Promise<void>} */
 let busy = Promise.resolve();
 self.onmessage = ({ data }) => {
+  if (data.cancel) return void dropped.add(data.cancel);
+  dropped.delete(data.slot);
   busy = busy
     .then(() => answer(data))
     .catch(({ message }) => self.postMessage({ id: data.id, data: {}, arrays: {}, error: { message } }));

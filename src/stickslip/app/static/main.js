@@ -134,7 +134,7 @@ async function start() {
     },
     tour: () => tour.toggle(),
   };
-  const keys = keyTable({ app, controls, player, leave: () => large.end(), ...does });
+  const keys = keyTable({ app, controls, player, leave: () => large.end(), walk: tour, ...does });
   const help = helpDialog(keys);
   document.body.append(help);
   listen(keys, player);

@@ -6,7 +6,7 @@
  * @import {Orbit} from "./types.js"
  * @import {Plot} from "./plot.js"
  */
-import { orbitName } from "./marks.js";
+import { named } from "./marks.js";
 import { modeBar } from "./modes.js";
 import { short, spelled } from "./numbers.js";
 
@@ -16,6 +16,8 @@ const NEAR = 8; // pixels within which the pointer means a mark
 const BESIDE = 1 / 400; // of the domain, or of the range: just before, just after
 
 /**
+ * @typedef {Orbit & {name: string}} Named
+ *
  * @typedef {object} Thing
  * @property {string} key
  * @property {"orbit" | "break" | "bifurcation"} sort
@@ -37,7 +39,7 @@ export const isThrough = ({ kind }) => kind === "infinitely unstable";
  * Orbits of the present map; until they are known those of the one before (`old`). A search
  * completes what follows from the map before.
  * @param {App} app
- * @returns {{orbits: Orbit[], old: boolean, searched: boolean, complete: boolean}}
+ * @returns {{orbits: Named[], old: boolean, searched: boolean, complete: boolean}}
  */
 export function orbitsOf(app) {
   const answer = app.answers.get("map");
@@ -49,16 +51,16 @@ export function orbitsOf(app) {
   const followed = now?.data.part_name === "followed";
   if (followed) orbits.push(...(before?.data.orbits ?? []).filter(isThrough));
   const complete = now?.data.complete ?? true;
-  return { orbits, old: !now, searched: Boolean(now) && !followed, complete };
+  return { orbits: named(orbits), old: !now, searched: Boolean(now) && !followed, complete };
 }
 
-/** @param {App} app @param {Orbit} orbit @returns {Thing} */
+/** @param {App} app @param {Named} orbit @returns {Thing} */
 export function orbitThing(app, orbit) {
-  const { points, period, kind, multiplier, itinerary } = orbit;
+  const { name, points, period, kind, multiplier, itinerary } = orbit;
   return {
     key: `orbit ${period} ${points[0]}`,
     sort: "orbit",
-    name: orbitName(orbit),
+    name,
     what: `${kind}, period ${period}`,
     at: points[0],
     along: "d",
@@ -76,6 +78,7 @@ export function breakThings(app) {
   return (values?.breakpoints ?? []).map((/** @type {any} */ one) => ({
     ...plain("break", one.kind, one.at, "d", one),
     what: `breakpoint, from ${short(one.left)} to ${short(one.right)}`,
+    modes: one.itineraries ?? [],
     go: (/** @type {number} */ side) => startAt(app, one.at, side),
   }));
 }

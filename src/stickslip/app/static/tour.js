@@ -35,14 +35,14 @@ export const STEPS = /** @type {const} */ ([
       ["V", 0.0369],
       " with ",
       ["V", 0.037],
-      ": motions now hop around the place where S4 was, 83 sticks long. S1 does not notice.",
+      ": motions now hop around the place where S4 was, and repeat after 83 sticks. S1 does not notice.",
     ],
   },
   {
     preset: "law9",
-    title: "A kink in place of a jump",
+    title: "A cusp in place of a jump",
     text: [
-      "Now friction falls smoothly with speed, law (9). Where block 2 grazes, the map no longer jumps: it has a corner, at d = 0.3815. S1, right of the corner, attracts: its multiplier is -0.94, near -1.",
+      "Now friction falls smoothly with speed, law (9). Where block 2 grazes, at d = 0.3815, the map no longer jumps: it has a cusp, a corner at which the slope goes from 5.95 to -2.19. S1, right of it, attracts: its multiplier is -0.94, near -1.",
     ],
   },
   {
@@ -53,7 +53,7 @@ export const STEPS = /** @type {const} */ ([
       ["alpha", 1.208],
       " to ",
       ["alpha", 1.211],
-      ", period-2 orbits are born at the corner (BC, alpha = 1.20912), S1 loses its stability (PD, 1.20986), and motions wander in two bands: chaos. At CR, alpha = 1.2153, the chaos meets an unstable orbit and ends.",
+      ", period-2 orbits are born at the cusp (BC, alpha = 1.20912), S1 loses its stability (PD, 1.20986), and motions wander in two bands: chaos. At CR, alpha = 1.2153, the chaos meets an unstable orbit and ends.",
     ],
   },
 ]);
@@ -63,30 +63,45 @@ export class Tour {
   constructor(app, presets, host) {
     this.app = app;
     this.presets = presets;
+    this.at = 0;
     const named = { class: "tour", "aria-labelledby": "tour-title", "aria-live": "polite" };
     this.section = element("section", { ...named, hidden: true });
     host.prepend(this.section);
   }
 
+  get shown() {
+    return !this.section.hidden;
+  }
+
+  /** Hide, or go on where it was left. */
   toggle() {
-    if (this.section.hidden) this.#show(0);
-    else this.#end();
+    if (this.shown) this.section.hidden = true;
+    else this.#show(this.at);
+  }
+
+  /** On or back, as far as there are steps. @param {number} steps */
+  step(steps) {
+    const to = this.at + steps;
+    if (STEPS[to]) this.#show(to);
   }
 
   #end() {
     this.section.hidden = true;
+    this.at = 0;
   }
 
   /** @param {number} at */
   #show(at) {
+    this.at = at;
     const { preset, title, text } = STEPS[at];
     const state = this.presets.find(({ name }) => name === preset)?.state ?? {};
-    this.app.store.update(completeState(this.app.limits, state), "tour");
+    const { large } = this.app.state;
+    this.app.store.update({ ...completeState(this.app.limits, state), large }, "tour");
     const last = at === STEPS.length - 1;
     const next = last
       ? [button("Done", () => this.#end())]
-      : [button("Next", () => this.#show(at + 1)), button("End", () => this.#end())];
-    const back = button("Back", () => this.#show(at - 1), at === 0);
+      : [button("Next", () => this.step(1)), button("End", () => this.#end())];
+    const back = button("Back", () => this.step(-1), at === 0);
     const pieces = text.map((piece) => (typeof piece === "string" ? piece : this.#move(piece)));
     this.section.replaceChildren(
       element("h2", { id: "tour-title" }, `${at + 1} of ${STEPS.length}: ${title}`),

@@ -8,13 +8,16 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.bifurcations.bifurcations import N_LISTS, bifurcations_of
+from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.diagrams.diagram import Diagram
-from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.diagrams.diagrams import diagram_of
 from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import MapFamily
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.analysis.work import Work
 from stickslip.app import requests
 from stickslip.app.jobs import checkpoint, progress_between
 from stickslip.app.requests import Part
@@ -47,25 +50,25 @@ def diagram(request: requests.Diagram) -> Iterator[Part]:
     f = line_family(map_of(request))
     low, high = range_of(f, request)
     yield from _dots(f, request, low, high)
-    asked: dict[str, Any] = {"max_period": request.max_period, "window": request.window}
-    with naming("window"):
-        found = bifurcation_diagram(
-            f,
-            request.parameter,
-            np.linspace(low, high, request.values),
-            progress=progress_between(0.2, 0.5),
-            **asked,
-        )
-    yield _branches(found)
-    items = bifurcations(
-        f, request.parameter, (low, high), progress=progress_between(0.5, 0.8), **asked
-    )
+    survey = surveyed(f, request, low, high)
+    values = np.linspace(low, high, request.values)
+    yield _branches(diagram_of(survey, values, Work(progress_between(0.4, 0.5))))
+    items = bifurcations_of(survey, progress_between(0.3, 0.8))
     data = {
         "bifurcations": [{"short": SHORT[item.kind], **item.row()} for item in items],
         "unresolved": [str(item) for item in items.unresolved],
     }
     yield Part("bifurcations", data=data, progress=0.8)
     yield _infinitely_unstable(f, request, low, high)
+
+
+def surveyed(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Survey:
+    """List all orbits along the range: what a diagram and bifurcations are made of."""
+    family = Family(f, request.parameter, request.window)
+    with naming("window"):
+        survey = Survey(family, low, high, request.max_period, Work(progress_between(0.2, 0.4)))
+        survey.run(N_LISTS)
+    return survey
 
 
 # --- first dots -------------------------------------------------------------------------------

@@ -16,6 +16,11 @@ import { View } from "./view.js";
 /** A symbol as text. @param {string} symbol */
 const plain = (symbol) => symbol.replace(/_\{?([\w,]+)\}?/, "$1").replace("Vdr", "V");
 
+const CLOSE = 16; // pixels between two of a kind that are named apart
+
+/** What an attractor meets or ends at comes first. @param {{short: string}} bifurcation */
+const rank = ({ short }) => Number(!["BC", "CR"].includes(short));
+
 export class DiagramView extends View {
   /** @param {App} app */
   constructor(app) {
@@ -179,8 +184,16 @@ export class DiagramView extends View {
         labels.avoid(item.value, point, 6);
       }
     }
-    for (const item of this.bifurcations) {
-      for (const point of item.points.slice(0, 4)) labels.place(item.short, item.value, point);
+    // Of a cascade the first ones are named first, and what changes most.
+    const inOrder = [...this.bifurcations].sort(
+      (a, b) => rank(a) - rank(b) || (a.period ?? 0) - (b.period ?? 0),
+    );
+    const named = new Set();
+    for (const { short, value, points } of inOrder) {
+      const near = `${short} ${Math.round(plot.x(value) / CLOSE)}`;
+      if (named.has(near)) continue; // one name does for them
+      named.add(near);
+      for (const point of points.slice(0, 4)) labels.place(short, value, point);
     }
   }
 

@@ -4,7 +4,7 @@
  * @import {App} from "../app.js"
  * @import {Orbit, Part, State, Box} from "../types.js"
  */
-import { Labels, mark, orbitName, orbitShape } from "../marks.js";
+import { Labels, mark, orbitShape } from "../marks.js";
 import { coordinateOf, sticksAsOne } from "../model.js";
 import { modeBar } from "../modes.js";
 import { AWAY, breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
@@ -93,7 +93,7 @@ export class MapView extends View {
         ([x, y]) => x >= shown[0] && x <= shown[1] && y >= shown[2] && y <= shown[3],
       ),
     );
-    const stable = proper.filter((orbit) => orbit.stable).map(orbitName);
+    const stable = proper.filter((orbit) => orbit.stable).map(({ name }) => name);
     const open = proper.length - stable.length;
     const settles = stable.length
       ? `${listed(stable)} attract${stable.length > 1 ? "" : "s"}`
@@ -105,13 +105,14 @@ export class MapView extends View {
     const known = counted || elsewhere ? `${here}${counted}${elsewhere}.` : "";
     const more = this.orbits.complete ? "" : " Others may lie between the samples.";
     if (!this.main) return `Repeating after ${power} ${ofBlocks ? "sticks" : "returns"}: ${known}${more}`;
-    const jumps = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
-    const [near] = jumps.sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
-    const breaks = near?.why
-      ? ` Nearest ${near.name} ${near.at < d ? "left" : "right"} of ${name} = ${short(d, 4)}, at ${short(near.at, 4)}: ${near.why.split(AWAY)[0]}.`
-      : "";
+    const breaks = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
+    const seen = breaks.filter(({ at }) => at >= shown[0] && at <= shown[1]);
+    const [near] = (seen.length ? seen : breaks).sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
+    const where = near && `${near.name} ${near.at < d ? "left" : "right"} of ${name} = ${short(d, 4)}`;
+    const why = near?.why && `: ${near.why.split(AWAY)[0]}`;
+    const nearest = near ? ` Nearest ${where}, at ${short(near.at, 4)}${why}.` : "";
     const each = ofBlocks ? "Each stick of both blocks" : `Each ${releaseOf(this.app.state)}`;
-    return `${each}, at ${name}, leads to the next, at f(${name}): ${known}${more}${breaks}`;
+    return `${each}, at ${name}, leads to the next, at f(${name}): ${known}${more}${nearest}`;
   }
 
   paint() {
@@ -129,7 +130,7 @@ export class MapView extends View {
     }
     if (this.main) this.paintCobweb();
     this.paintBranches(values);
-    this.paintOrbits();
+    this.paintOrbits(values);
   }
 
   /** @param {Part} values */
@@ -162,10 +163,12 @@ export class MapView extends View {
     this.plot.line(xs, ys, { color: colors().ink, width: 0.9, alpha: 0.5 }, late - 1);
   }
 
-  paintOrbits() {
+  /** @param {Part} values */
+  paintOrbits(values) {
     const { plot } = this;
     const { orbits, old, searched } = this.orbits;
     const labels = new Labels(plot);
+    labels.avoidLine(values.arrays.x, values.arrays.f);
     const order = [...orbits].sort((a, b) => Number(isThrough(b)) - Number(isThrough(a)));
     const spots = order.map((orbit) => ({ orbit, at: this.spots(orbit) }));
     for (const { orbit, at } of spots) {
@@ -180,7 +183,7 @@ export class MapView extends View {
     const named = spots.filter(({ orbit }) => !isThrough(orbit));
     if (named.length <= 24) {
       for (const { orbit, at } of named)
-        for (const [x, y] of at) labels.place(orbitName(orbit), x, y);
+        for (const [x, y] of at) labels.place(orbit.name, x, y);
     }
     plot.context.globalAlpha = 1;
   }
