@@ -2,7 +2,8 @@
 A lesson: why does a violin string, a brake, a fault stick and slip?
 ====================================================================
 
-One notebook for one hour (download it at the end of the page). Each section ends with a question.
+One notebook for one hour (download it at the end of the page). Each section ends with a question;
+answers come last.
 """
 
 import matplotlib.pyplot as plt
@@ -76,8 +77,38 @@ print(exponent)
 print(end.value, end.multipliers)
 print(end.mechanism)
 
+speeds, multipliers, ways = np.linspace(0.0366, end.value, 13)[:-1], [], []
+for V in speeds:
+    f = ss.event_map(ss.examples.coulomb(V=V))
+    (four,) = ss.periodic_orbits(f, period=4)
+    (graze,) = [at for at in ss.breakpoints(f) if at.mechanism.startswith("block 2 grazes")]
+    multipliers.append(four.multiplier)
+    ways.append(np.abs(four.points - graze.d).min())
+fig, (left, right) = plt.subplots(1, 2, figsize=(7, 3), layout="constrained")
+left.plot(speeds, multipliers)
+left.set(xlabel="$V$", ylabel="multiplier", ylim=(-1.1, 1.1))
+right.plot(speeds, ways)
+right.set(xlabel="$V$", ylabel="way to the jump", ylim=(0, None))
+
 # %%
 # *Question.* Which measurement on the machine could have warned you?
+
+# %%
+# Answers
+# -------
+# 1. A slip is about half a free oscillation: it lasts about pi. In a stick the belt carries the
+#    block as far as the slip threw it back, about 2 (1 - mu): that takes 2 (1 - mu) / V.
+# 2. Both blocks stick at a distance that the slips before have left: one number is remembered, and
+#    the map from one to the next may stretch.
+# 3. Where the curve meets the dotted line. Those with a slope between -1 and 1 attract: only these
+#    are seen.
+# 4. A thousandth grows to one when exp(exponent times phases) is 1000: after as many phases as the
+#    next line prints.
+# 5. Not how slowly disturbances die out: the multiplier stays far from 1 and -1. But how near block
+#    2 comes to the speed of the belt without being caught: that way ends at 0.
+
+print(2 * (1 - 0.4) / 0.1 + np.pi, cycle.period)
+print(np.log(1000) / exponent.value)
 
 # %%
 # How sure is this?

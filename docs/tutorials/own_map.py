@@ -3,33 +3,72 @@ A map of your own
 =================
 
 Everything that is asked of the event map can be asked of any piecewise-smooth map of an interval:
-orbits, breakpoints, basins, bifurcations with border collisions and crises.
+orbits, breakpoints, basins, bifurcations with border collisions and crises. Given as formulas,
+one for each branch, its lists of orbits can also be *proven*
+(``pip install "stickslip[certify]"``).
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import stickslip as ss
-
-# %%
-# A map with a square-root edge, as grazing oscillators have it (Nordmark 1991): smooth on one
-# side of zero, steep beyond.
-
-
-def grazing(x, a, b, mu):
-    return np.where(x < 0, a * x + mu, mu - b * np.sqrt(np.maximum(x, 0)))
-
-
-def slope(x, a, b, mu):
-    with np.errstate(divide="ignore"):  # infinite at the edge
-        return np.where(x < 0, a, -b / (2 * np.sqrt(np.maximum(x, 0))))
-
+from stickslip.proofs.verify.check import check_text
 
 f = ss.PiecewiseMap(
-    grazing,
-    domain=(-1.0, 0.5),
+    ["a - 1.1*x - 0.35*x**2", "0.55*x - 0.62"],  # left of 0.2; at 0.2 and right of it
+    (-1.5, 1.5),
+    parameters={"a": 0.45},
+    breakpoints=[0.2],  # or formulas of the parameters: ["b"]
+)
+print(ss.periodic_orbits(f, max_period=4))
+
+# %%
+# The search found one orbit. Is it the only one? This proves it, and says so in a sentence:
+
+proof = ss.certify_orbits(f, max_period=4)
+print(proof)
+
+# %%
+# ``proof.save("orbits.json")`` writes the certificate, and ``stickslip verify orbits.json`` proves
+# every word of its statement once more, by a second program that shares only the ball arithmetic.
+# Here the same from Python; a certificate that does not hold would raise ``Refused``.
+
+print("holds:", check_text(proof.text()).statement() == proof.statement)
+
+# %%
+# What the proof is about: the numbers as they are written, 0.35 is 35/100; and all orbits whose
+# points stay in the closed domain. What no ball can decide, an orbit exactly on a breakpoint or on
+# an end of the domain, or one at its fold, stays *undecided*: the statement names the interval.
+# More digits: ``digits=100``. One orbit alone: ``ss.certify(orbit, f)``. :doc:`/theory/proofs` has
+# the argument.
+#
+# **Which domain?** The map need not send the domain into itself: an orbit that leaves is none of
+# the map's, and a start that leaves belongs to no basin. Take an interval that holds all that you
+# care about. Where the formulas go on beyond it, let its ends be no periodic points: the list of
+# ``r*x*(1 - x)`` leaves the fixed point 0 undecided on (0, 1), and proves it on (-0.1, 1.1).
+#
+# What happens to the map as ``a`` varies:
+
+for found in ss.bifurcations(f, "a", (0.2, 0.9), max_period=4):
+    print(repr(found))
+
+# %%
+# ``print(repr(found))`` tells everything: what becomes of the orbits and of the attractors, and
+# what the normal form predicts. ``found.mechanism`` names an event of the motion behind an event
+# map, such as a graze; for a map of your own it is empty, and the breakpoint is all there is to
+# name. Here the unstable fixed point reaches the jump at 0.2. For larger ``a`` the jump, filled
+# in, spans the diagonal, so that an infinitely unstable fixed point takes its place:
+
+print(ss.periodic_orbits(f, infinitely_unstable=True))
+
+# %%
+# A map with a square-root edge, as grazing oscillators have it (Nordmark 1991): smooth on one side
+# of zero, steep beyond.
+
+f = ss.PiecewiseMap(
+    ["a*x + mu", "mu - b*sqrt(x)"],
+    (-1.0, 0.5),
     parameters={"a": 0.4, "b": 1.0, "mu": 0.05},
-    derivative=slope,  # by differences where it is not given, which takes longer
     breakpoints=[0.0],
 )
 fig, ax = plt.subplots(figsize=(4.5, 4.5), layout="constrained")
@@ -38,8 +77,8 @@ ss.branches(f).plot(ax=ax)
 # %%
 # As ``mu`` passes zero the stable fixed point hits the edge.
 
-for b in ss.bifurcations(f, "mu", (-0.05, 0.15), max_period=3):
-    print(f"mu = {b.value:+.10f}  {b.kind}: {b.outcome.text if b.outcome else ''}")
+for found in ss.bifurcations(f, "mu", (-0.05, 0.15), max_period=3):
+    print(f"mu = {found.value:+.10f}  {found.kind}: {found.outcome.text if found.outcome else ''}")
 
 # %%
 # What lives beyond: period adding.
@@ -49,14 +88,27 @@ fig, ax = plt.subplots(figsize=(7, 4), layout="constrained")
 diagram.plot(ax=ax)
 
 # %%
+# A map that no formula gives is a Python function of arrays, or of single numbers. Derivatives are
+# then differences where you give none, and nothing about it can be proven.
+
+table = np.linspace(-1, 1, 9)
+g = ss.PiecewiseMap(lambda x, c: c - np.interp(x, table, table**2), (-1, 1), parameters={"c": 0.4})
+print(ss.periodic_orbits(g, 2))
+
+# %%
 # How sure is this?
 # -----------------
-# **Proved.** What two finite slopes at a corner lead to, in the normal form
-# (:doc:`/theory/bifurcations`). For an infinite slope, as here, the rule is quoted (Nordmark 1997).
+# **Proved.** Orbits and lists of orbits of maps by formulas, where a certificate says so: exactly
+# these, up to the intervals that it names. What two finite slopes at a corner lead to, in the
+# normal form (:doc:`/theory/bifurcations`). For an infinite slope, as here, the rule is quoted
+# (Nordmark 1997).
 #
-# **Checked.** Orbits of maps with a square root against closed forms, in ``tests/analysis``;
+# **Checked.** Proven lists of random pieces against closed forms, by both programs, in
+# ``tests/proofs``. Orbits of maps with a square root against closed forms, in ``tests/analysis``;
 # predictions against what is seen, for random slopes.
 #
-# **Fails, or is only evidence.** A map without labels is known by samples: a jump below 1e-7 of
-# its range, or a branch narrower than the cells, is not noticed. Naming ``breakpoints`` helps.
-# See :doc:`/theory/maps`.
+# **Fails, or is only evidence.** Lists by the search, ``periodic_orbits`` and ``bifurcations``,
+# are complete above a width that they tell, and evidence, not proof. A Python function is known by
+# samples: a jump below 1e-7 of its range, or a branch narrower than the cells, is not noticed.
+# Naming ``breakpoints`` helps. Bifurcations of a map of one's own are not proven. See
+# :doc:`/theory/maps`.

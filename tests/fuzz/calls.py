@@ -386,6 +386,13 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
         "parameters": ["gamma"],
         "max_evaluations": 5,
     },
+    "propagate": {
+        "system": logistic,
+        "draws": {"r": [3.1, 3.2]},
+        "quantity": "coexisting_attractors",
+        "variable": "left_share",
+        "rng": 1,
+    },
     "attractors": {"f": logistic, "n_starts": 4, "max_steps": 100, "rng": 1},
     "rotation_number": {"f": turning, "x0": 0.1, "n": 8, "transient": 2},
     "basin_fractions": {
@@ -429,6 +436,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "branches": {"f": maps.tent},
     "breakpoints": {"f": maps.tent},
     "certify": {"found": lambda: ss.periodic_orbits(event_map())[0], "model": coulomb, "digits": 5},
+    "certify_basins": {"model": coulomb, "share": 0.1},
     "certify_orbits": {"model": coulomb, "digits": 5},
     "enclose": {"model": coulomb, "d": "0.1"},
     "equilibria": {"model": oscillator},
@@ -635,6 +643,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "misfit": {"data": lambda: ss.ForcePoints([0.1, 0.5], [0.8, 0.5])},
             "predict": {"quantity": lambda: lambda model: model.friction.gamma},
             "profile": {"name": "gamma", "values": [2.9, 3.1]},
+            "sample": {"n": 5, "rng": 1},
         },
     ),
     "Sensitivity": (

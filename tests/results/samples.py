@@ -144,6 +144,9 @@ class Samples:
         x = ss.simulate(BLOCK, [0.3], [0.1], t_end=20).x(t)
         return ss.fit(BLOCK, ss.Record(t, x + 1e-3 * np.sin(9 * t)[:, None]), ["gamma"])
 
+    def make_Propagated(self):
+        return ss.propagate(COULOMB, {"V": [0.0366, 0.0372]}, lambda model: model.V)
+
     def make_Profile(self):
         return self["Fit"].profile("gamma")
 
