@@ -1,6 +1,9 @@
 """Kernels are compiled outside the server."""
 
 import json
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from tests.app.talk import CHAIN, COULOMB
@@ -8,6 +11,7 @@ from tests.app.talk import CHAIN, COULOMB
 from stickslip.app import compiler
 from stickslip.app.compiler import Compiler, typical
 from stickslip.app.exports import KNOWN
+from stickslip.app.jobs import CalledOffError, Gate, Job
 from stickslip.app.requests import request_of
 
 LAW9 = {**COULOMB, "friction": {"law": "popp-stelter", "gamma": 3.0}}
@@ -52,6 +56,33 @@ def test_a_process_compiles_once(tmp_path, monkeypatch):
     mark.unlink()
     with pytest.raises(FileNotFoundError):
         Compiler().prepare([asked("motion", d=0.2)])
+
+
+def test_who_is_called_off_waits_no_longer_for_the_compiler(tmp_path, monkeypatch):
+    """Several do, while one process compiles; what has not begun is not begun for them."""
+    ran, go_on = [], threading.Event()
+
+    def run(self, todo, report):
+        ran.append(todo)
+        return go_on.wait(60)
+
+    monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)
+    monkeypatch.setattr(Compiler, "_run", run)
+    (tmp_path / "explorer").mkdir()
+    ours, job = Compiler(), Job(Gate(1), "user", 1.0)
+    laws = [{"law": f"1 - {k}*s"} for k in range(1, 4)]
+    calls = [asked("motion", {**COULOMB, "friction": law}, d=0.1) for law in laws]
+    with ThreadPoolExecutor(3) as pool:
+        waits = [pool.submit(ours.prepare, [call], check=job.check_wanted) for call in calls]
+        while not ran:
+            time.sleep(0.01)
+        job.call_off()
+        for waiting in waits:
+            with pytest.raises(CalledOffError):
+                waiting.result(timeout=60)
+        go_on.set()
+    ours.stop()
+    assert len(ran) == 1
 
 
 def test_the_numbers_of_a_formula_ask_for_no_other_kernels(tmp_path, monkeypatch):

@@ -12,7 +12,9 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, Final
 
 import msgspec
@@ -34,6 +36,7 @@ LOG: Final = logging.getLogger(__name__)
 WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 NAMES: Final = {kind: view for view, kind in requests.REQUESTS.items()}
 LONGEST: Final = 1200.0  # seconds for one process
+PATIENCE: Final = 0.1  # seconds from one look whether the kernels are wanted to the next
 MOST_FORMULAS: Final = 50  # of one server: each keeps the compiler busy for some time
 NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of the others 0.1, and 0 is kept
 
@@ -44,29 +47,42 @@ class Compiler:
     def __init__(self) -> None:
         self._done: set[str] = set()
         self._formulas: set[str] = set()
-        self._lock = threading.Lock()
+        self._queue = ThreadPoolExecutor(1, "compiler")  # one process after the other
         self._process: subprocess.Popen[bytes] | None = None
 
     def prepare(
         self,
         asked: Iterable[requests.Request],
         report: Callable[[int, int], None] = lambda done, of: None,
+        check: Callable[[], None] = lambda: None,
     ) -> None:
         """Compile the kernels that these requests need, unless that was done before."""
-        # `report` is told how many of how many of them are ready.
-        # BadRequestError for one formula too many.
+        # `report` is told how many of how many of them are ready; what `check` raises ends the
+        # wait, not a process that compiles. BadRequestError for one formula too many.
         keyed = {_key(small): small for request in asked if (small := typical(request))}
         self._count(text for small in keyed.values() for text in _formulas(small))
         if keyed.keys() <= self._done or (root := cache_root()) is None:
             return
-        with self._lock:
-            marks = root / "explorer"
-            marks.mkdir(exist_ok=True)
-            todo = [keyed[key] for key in keyed if not (marks / key).exists()]
-            if not todo or self._run(todo, report):
-                for key in keyed:
-                    (marks / key).touch()
-            self._done |= keyed.keys()  # what failed is not tried again, but compiled when needed
+        work = self._queue.submit(self._compile, keyed, root / "explorer", report)
+        try:
+            while not wait([work], PATIENCE).done:
+                check()
+        finally:
+            work.cancel()  # if it has not begun
+        work.result()
+
+    def _compile(
+        self,
+        keyed: dict[str, requests.Request],
+        marks: Path,
+        report: Callable[[int, int], None],
+    ) -> None:
+        marks.mkdir(exist_ok=True)
+        todo = [small for key, small in keyed.items() if not (marks / key).exists()]
+        if not todo or self._run(todo, report):
+            for key in keyed:
+                (marks / key).touch()
+        self._done |= keyed.keys()  # what failed is not tried again, but compiled when needed
 
     def _count(self, formulas: Iterable[str]) -> None:
         known = self._formulas.union(formulas)
@@ -102,6 +118,7 @@ class Compiler:
 
     def stop(self) -> None:
         """End the process that compiles, if there is one."""
+        self._queue.shutdown(wait=False, cancel_futures=True)
         if self._process is not None:
             self._process.terminate()
 

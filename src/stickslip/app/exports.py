@@ -227,7 +227,7 @@ class Downloads:
         job = Job(self._workers.gate, self, seconds, client=client, patient=True)
 
         def work() -> File:
-            self._workers.compiler.prepare([request])
+            self._workers.compiler.prepare([request], check=job.check_wanted)
             with job.running():
                 return export(asked.view, request, asked.format)
 

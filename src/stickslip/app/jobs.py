@@ -192,11 +192,15 @@ class Job:
         self._called_off = True
         self._ticket.event.set()
 
+    def check_wanted(self) -> None:
+        """Stop if called off."""
+        if self._called_off:
+            raise CalledOffError
+
     def check(self) -> None:
         """Stop if called off or out of time; else let others have a turn now and then."""
         with self._turning:  # a job's own threads wait for its turn, too
-            if self._called_off:
-                raise CalledOffError
+            self.check_wanted()
             spent = time.monotonic() - self._ticket.since
             if spent > self._left:
                 raise TimeIsUpError

@@ -236,7 +236,7 @@ class Session:
     def _answer(self, job: Job, call: _Call) -> None:
         """Compute an answer and send its parts, then why it ends."""
         try:
-            self._workers.compiler.prepare([call.request])
+            self._workers.compiler.prepare([call.request], check=job.check_wanted)
             with job.running():
                 for number, part in enumerate(VIEWS[type(call.request)](call.request)):
                     job.check()
