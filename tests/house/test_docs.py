@@ -67,8 +67,10 @@ def test_the_commands_for_other_languages_write_what_those_can_read(elsewhere, c
 
 
 def small(code):
-    """The same sweep on fewer points, the same film of fewer frames."""
-    return code.replace(", 1000)", ", 4)").replace("frames=240", "frames=3")
+    """The same sweep on fewer points, film of fewer frames, quantity of fewer draws."""
+    for large, few in ((", 1000)", ", 4)"), ("frames=240", "frames=3"), ("n = 200", "n = 4")):
+        code = code.replace(large, few)
+    return code
 
 
 def test_the_ten_minutes_end_with_pictures_of_ones_own_system(elsewhere, capsys):
