@@ -18,7 +18,7 @@ PY := $(VENV)/bin/python
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check
 STAMPS := $(VENV)/.stickslip
 COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
-	--generate-hashes --no-emit-index-url --no-emit-find-links --no-header
+	--generate-hashes --no-strip-extras --no-emit-index-url --no-emit-find-links --no-header
 
 .DELETE_ON_ERROR:
 .PHONY: help reproduce test check docs benchmark evidence packaging wheel clean lint format types page contracts budgets \
