@@ -473,6 +473,19 @@ def test_a_chaotic_motion_is_found_from_thirty_per_cent_off() -> None:
     assert inside(found, {"gamma": 3.0, "alpha": model.alpha})
 
 
+def test_pieces_are_tied_before_they_are_joined() -> None:
+    # Joined while their ends are loose the pieces of this record lose it.
+    model = ss.examples.law9()
+    begun = model.replace(gamma=0.7 * 3.0, alpha=1.3 * model.alpha)
+    x = ss.simulate(model, d=0.38, t_end=T[-1]).x(T)
+    sigma = 0.01 * x.std(axis=0).max()
+    noise = np.random.default_rng([2, 7]).normal(scale=sigma, size=x.shape)
+    found = ss.fit(begun, ss.Record(T, x + noise, sigma=sigma), ["gamma", "alpha"])
+    assert found.pieces == 1
+    assert found.message == "converged"
+    assert inside(found, {"gamma": 3.0, "alpha": model.alpha})
+
+
 FALLING = "a + (1 - a) * exp(-s / v) + h * s"
 
 

@@ -740,9 +740,10 @@ def _stages(
         counts = [n if isinstance(each, Record) else 1 for each in data]
         return [(counts, LOOSE), (counts, TIGHT)] if n > 1 else [(counts, 1.0)]
     counts = [_pieces_of(model, each) if isinstance(each, Record) else 1 for each in data]
-    stages: list[tuple[list[int], float]] = []
+    # All pieces are tied before the first are joined: joined while loose they may lose the data.
+    stages = [(counts, LOOSE)] if max(counts) > 1 else []
     while max(counts) > 1:
-        stages.append((counts, LOOSE if not stages else TIGHT))
+        stages.append((counts, TIGHT))
         counts = [max(n // FEWER, 1) for n in counts]
     return [*stages, (counts, 1.0)]
 
