@@ -518,6 +518,25 @@ def test_residuals_that_neighbours_share_are_told() -> None:
     assert np.isnan(ss.fit(BLOCK, kept, ["mu"]).autocorrelation).all()  # rounding
 
 
+def test_a_fit_that_no_model_allows_has_not_converged() -> None:
+    # At the plateau as static limit the best law has F(0) = 1.03; refused trials ended the search.
+    rng = np.random.default_rng(4)
+    s = np.geomspace(0.02, 6.0, 60)
+    force = (0.63 + 0.40 / (1.0 + s / 0.8)) * (1.0 + 0.01 * rng.normal(size=len(s)))
+    law = ss.friction_law("a + b / (1 + s / v)", parameters={"a": 0.6, "b": 0.3, "v": 1.5})
+    block = ss.Oscillator(V=1.0, friction=law, damping=0.02)
+    walled = ss.fit(block, ss.ForcePoints(s, force), ["a", "b", "v"])
+    assert not walled.converged
+    assert "F(0) = 1.0" in walled.refused
+    assert f"no model allows a better fit, and the estimates mean little: {walled.refused}" in (
+        walled.message
+    )
+    free = ss.fit(block, ss.ForcePoints(s, 0.9 * force), ["a", "b", "v"])
+    assert free.message == "converged"
+    assert not free.refused
+    assert free.chi2 < 0.9**2 * walled.chi2
+
+
 def test_a_quantity_that_a_model_lacks_tells_which_model() -> None:
     wrong = fitted_by(FALLING, a=0.6, v=0.5, h=0.01)
     with pytest.raises(ValueError, match=r"at a = 0.8.*, the estimates: IndexError"):

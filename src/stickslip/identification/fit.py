@@ -105,6 +105,9 @@ class Fit(Result):
         What of each set of data was compared.
     n_evaluations : int
     converged : bool
+    refused : str
+        Why no model is as the next step of the search would have it, though that fits better; empty
+        where the search was free to converge.
     data : tuple
     fitted : tuple of ndarray
         What the model gives for each set of data.
@@ -132,6 +135,7 @@ class Fit(Result):
     matched: tuple[str, ...]
     n_evaluations: int
     converged: bool
+    refused: str
     data: tuple[Any, ...]
     fitted: tuple[Floats, ...]
     pieces: int
@@ -144,9 +148,14 @@ class Fit(Result):
     @property
     def message(self) -> str:
         """What to know of the estimates."""
-        told: list[str] = (
-            [] if self.converged else ["the search has not converged: raise max_evaluations"]
-        )
+        told: list[str] = []
+        if self.refused:
+            told.append(
+                "the search ended where no model allows a better fit, and the estimates mean "
+                f"little: {self.refused}"
+            )
+        elif not self.converged:
+            told.append("the search has not converged: raise max_evaluations")
         if not self.tells:
             known = _weighed(self.data)
             size, unit = (1.0, "times their errors") if known else (0.01, "of their scatter")
@@ -659,7 +668,7 @@ class _Search:
         begin = np.clip(begin, self.low, self.high)
         self.problem.check(begin)
         if not len(begin):
-            return _Stage(self.problem, begin, converged=True)
+            return _Stage(self.problem, begin, converged=True, refused="")
         found = least_squares(
             self.problem.residuals,
             begin,
@@ -672,7 +681,16 @@ class _Search:
             max_nfev=evaluations,
         )
         self.spent += int(found.nfev)
-        return _Stage(self.problem, np.asarray(found.x), bool(found.status > 0))
+        refused = self._wall(found, change)
+        return _Stage(self.problem, found.x, bool(found.status > 0) and not refused, refused)
+
+    def _wall(self, found: Any, change: float) -> str:
+        """Why the Gauss-Newton step from an end is refused, though the end is no minimum."""
+        # Refused trials shrink the region that is trusted, until a step changes nothing.
+        step = np.linalg.lstsq(found.jac.T @ found.jac, -found.grad)[0]
+        step = np.clip(found.x + step, self.low, self.high) - found.x
+        refused = self.problem.answers(found.x + step) is None
+        return self.problem.refused if refused and -found.grad @ step > change * found.cost else ""
 
     def begin(self, n_starts: int) -> Floats:
         """Where to search: of many starts the best, each after a few steps."""
@@ -716,6 +734,7 @@ class _Stage(NamedTuple):
     problem: _Problem
     unknowns: Floats
     converged: bool
+    refused: str
 
     @property
     def answers(self) -> list[Answer]:
@@ -886,6 +905,7 @@ def _result(
         matched=tuple(each.matched for each in stage.answers),
         n_evaluations=evaluations,
         converged=stage.converged,
+        refused=stage.refused,
         data=data,
         fitted=tuple(each.fitted for each in stage.answers),
         pieces=max(term.n_pieces for term in problem.terms),

@@ -71,14 +71,18 @@ class Propagated(Result):
 
     def __repr__(self) -> str:
         """Headline: median and interval; what is absent."""
-        low, high = (shown(end.tolist()) for end in self.interval)
-        lines = [f"Propagated: {shown(self.value)}, 95 per cent in ({low}, {high})"]
+        median, low, high = (_in_short(each) for each in (self.value, *self.interval))
+        lines = [f"Propagated: median {median}, 95 per cent in ({low}, {high})"]
         of = f"of {len(self.values)} draws have none"
         lines += [f"  {count} {of}: {why}" for why, count in self.absent.items()]
         return "\n".join(lines)
 
     def _columns(self) -> dict[str, Any]:
         return {**self.draws, "quantity": list(self.values)}
+
+
+def _in_short(value: Any) -> str:
+    return np.array2string(np.asarray(value), precision=6, threshold=8, separator=", ")
 
 
 @suggests

@@ -106,7 +106,8 @@ class FrictionLaw:
                 raise ValueError(
                     f"F(0) = {value!r} of the friction law {self.title}; allowed: 0 <= F(0) <= 1, "
                     "relative to the static limit (a block that starts to slip never feels more "
-                    "than that limit)"
+                    "than that limit: if forces were measured, raise the limit that they are "
+                    "divided by)"
                 )
 
     # --- parameters -----------------------------------------------------------------------
