@@ -13,7 +13,6 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorND
 from stickslip.analysis.bifurcations.bifurcation import place
-from stickslip.analysis.bifurcations.outcome import disagreement
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, multipliers_text
 from stickslip.studies.claim import digits, with_error
 
@@ -59,7 +58,7 @@ def agrees(item: Bifurcation) -> bool | None:
     """Whether the outcome observed is the one predicted; None without either of them."""
     if item.outcome is None or item.predicted_outcome is None:
         return None
-    return not disagreement(item.predicted_outcome, item.outcome)
+    return not item.disagreement
 
 
 def _as_data(item: Bifurcation) -> dict[str, Any]:
@@ -322,8 +321,7 @@ def _outcome(outcome: Outcome | None) -> str:
 def _agreement(item: Bifurcation) -> str:
     if item.outcome is None or item.predicted_outcome is None:
         return ""
-    difference = disagreement(item.predicted_outcome, item.outcome)
-    return f"no: {difference}" if difference else "yes"
+    return f"no: {item.disagreement}" if item.disagreement else "yes"
 
 
 def _quality(item: Bifurcation) -> str:

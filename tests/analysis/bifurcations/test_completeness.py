@@ -247,6 +247,27 @@ def test_attractors_beyond_the_longest_period_are_told():
     assert f"{apart.max():.3g} apart" in repr(found)
 
 
+@pytest.mark.parametrize("ends", [(0.2, 0.9), (0.435, 0.445)])
+def test_attractors_beside_a_collision_do_not_hang_on_the_range(ends):
+    # Chaos goes on to 1e-4 beyond the collision, then come cycles of periods 5 and 8.
+    f = ss.PiecewiseMap(
+        ["a - 0.9*x - 0.2*x**2", "0.7*x - 0.55", "1.9*(1 - x) - 0.3*x**3"],
+        (-1.2, 1.3),
+        parameters={"a": 0.55},
+        breakpoints=[-0.15, 0.6],
+    )
+    found = ss.bifurcations(f, "a", ends, max_period=4)
+    (item,) = (each for each in found if abs(each.value - 0.441795881562) < 1e-9)
+    for seen in (item.attractors_before, item.attractors_after):
+        assert [(each.kind, each.period) for each in seen] == [("chaotic", 1)]
+    below, above = item.looks
+    assert item.value - 1e-4 < below < item.value < above < item.value + 1e-4
+    assert f"(at {below:.9g} and {above:.9g})" in repr(item)
+    assert not item.disagreement
+    (span,) = (each for each in found.outside if each.lo < item.value < each.hi)
+    assert "period 5, 8; chaos" in span.reason
+
+
 @pytest.mark.parametrize("share", [0.0, 0.2])
 def test_an_interrupted_list_says_what_it_left_out(share):
     def interrupt(done):

@@ -263,3 +263,13 @@ def test_too_many_pieces_is_said():
     orbits = periodic_orbits(examples.doubling(90.5), 3)
     assert orbits.complete == 2
     assert "more than the" in orbits.unresolved[0].reason
+
+
+@pytest.mark.parametrize("text", ["-x - x**2", "-x + x**3", "-x - x**3", "1 - x", "x - x**3"])
+def test_orbits_on_the_unit_circle_are_neutral(text):
+    # 0 attracts under the first two and the last, and repels under the third.
+    domain = (0.0, 1.0) if text == "1 - x" else (-0.6, 0.6)
+    (orbit, *_) = periodic_orbits(PiecewiseMap([text], domain), 1)
+    assert orbit.kind == "neutral"
+    assert not orbit.stable
+    assert "neutral" in repr(orbit)

@@ -20,6 +20,7 @@ from typing import (
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.outcome import disagreement
 from stickslip.checks import one_of
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
@@ -83,7 +84,10 @@ class Bifurcation(Result):
     orbits_before, orbits_after : tuple of PeriodicOrbit
         The orbits concerned just below and just above `value`, those that persist included.
     attractors_before, attractors_after : tuple of Attractor
-        All attractors inside the window just below and just above.
+        All attractors inside the window just below and just above, ...
+    looks : tuple of float
+        ... which is at these two values of the parameter; NaN where nobody looked. What the map
+        does between them besides, as cycles above the longest period searched may, shows, too.
     outcome, predicted_outcome : Outcome or None
         What becomes of orbits and attractors, seen from below to above: as observed, and as
         the map's slopes and values at the border foretell it.
@@ -121,6 +125,7 @@ class Bifurcation(Result):
     orbits_after: tuple[Any, ...] = ()
     attractors_before: tuple[Any, ...] = ()
     attractors_after: tuple[Any, ...] = ()
+    looks: tuple[float, float] = (math.nan, math.nan)
     outcome: Outcome | None = None
     predicted_outcome: Outcome | None = None
     mechanism: str = ""
@@ -140,6 +145,12 @@ class Bifurcation(Result):
         """How many orbits more there are above `value` than below, of those concerned."""
         return len(self.orbits_after) - len(self.orbits_before)
 
+    @property
+    def disagreement(self) -> str:
+        """In what the outcomes predicted and observed differ; empty if in nothing."""
+        theory, seen = self.predicted_outcome, self.outcome
+        return "" if theory is None or seen is None else disagreement(theory, seen)
+
     def __repr__(self) -> str:
         """Where, what, which orbits and attractors, and why: a few short lines."""
         points = ", ".join(place(x, 12) for x in self.points[:LISTED])
@@ -154,13 +165,20 @@ class Bifurcation(Result):
         )
         if self.attractors_before or self.attractors_after:
             before, after = self.attractors_before, self.attractors_after
-            lines.append(f"  attractors: {_attractors(before)}  ->  {_attractors(after)}")
+            seen = f"{_attractors(before)}  ->  {_attractors(after)}"
+            lines.append(f"  attractors: {seen}{self._looked()}")
         if self.outcome is not None:
             lines.append(f"  outcome:    {_outcome(self.outcome)}")
         if self.predicted_outcome is not None:
             lines.append(f"  predicted:  {_outcome(self.predicted_outcome)}")
+        if self.disagreement:
+            lines.append(f"  they differ in {self.disagreement}")
         lines += [f"  {text}" for text in (self.mechanism, self.note) if text]
         return "\n".join(lines)
+
+    def _looked(self) -> str:
+        below, above = self.looks
+        return "" if math.isnan(below + above) else f"  (at {below:.9g} and {above:.9g})"
 
     def _name(self) -> str:
         name = self.kind.replace("_", " ")
@@ -449,7 +467,7 @@ class BifurcationList(ResultList[Bifurcation]):
             apart = max(b - a for a, b in pairwise(self.looks))
             lines.append(
                 f"  attractors seen at {len(self.looks)} values, at most {apart:.3g} apart: cycles "
-                "above that period may live between"
+                "above that period, and chaos, may live between"
             )
         return "\n".join(lines)
 

@@ -55,6 +55,7 @@ T = TypeVar("T")
 N_LISTS: Final = 24
 HALF: Final = 0.5  # share of the work that the survey is, roughly
 BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at, at most
+NEARER: Final = 1 / 64  # of that, where theory foretells what is not seen there
 LAST_FLIP: Final = 5  # of a cascade: as far beyond its accumulation attractors are looked at
 SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 
@@ -295,39 +296,41 @@ class _Report:
         self, items: list[Bifurcation], chains: list[Cascade]
     ) -> list[Bifurcation]:
         """Add the attractors on both sides; two neighbours that are close share those between."""
-        sides = {id(item): self._sides(item.value) for item in items}
         beyond = [2 * c.accumulation - c.values[:LAST_FLIP][-1] for c in chains]
+        full = self._beside(items, 1.0, beyond)
+        # Something else may be between, which was not asked for: nearer looks rule it out.
+        doubtful = [item for item in full if item.disagreement]
+        nearer = dict(zip(map(id, doubtful), self._beside(doubtful, NEARER), strict=True))
+        return [nearer.get(id(item), item) for item in full]
+
+    def _beside(
+        self, items: list[Bifurcation], share: float, more: Iterable[float] = ()
+    ) -> list[Bifurcation]:
+        """Add the attractors at a share of the way to what is next, and look at other values."""
+        sides = {id(item): self._sides(item.value, share) for item in items}
         places = {q for pair in sides.values() for q in pair}
-        places |= {q for q in beyond if self.survey.lo < q < self.survey.hi}
+        places |= {q for q in more if self.survey.lo < q < self.survey.hi}
         self._looked_at(filter(None, in_threads(self._point_at, sorted(places))))
         full = []
         for item in items:
-            before, after = (self.looks.get(q) for q in sides[id(item)])
-            full.append(
-                item
-                if before is None or after is None
-                else with_attractors(
-                    item,
-                    before.attractors.attractors,
-                    after.attractors.attractors,
-                    self.survey.width,
-                )
-            )
+            below, above = (self.looks.get(q) for q in sides[id(item)])
+            if below is not None and above is not None:
+                item = with_attractors(item, below, above, self.survey.width)
+            full.append(item)
         return full
 
     def _point_at(self, q: float) -> ParameterPoint | None:
         return self.part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
 
-    def _sides(self, value: float) -> tuple[float, float]:
+    def _sides(self, value: float, share: float) -> tuple[float, float]:
         """Where, just below and above a value, attractors are looked at: clear of other events."""
         survey = self.survey
         stops = [survey.lo, *self.values, *self.accumulations, survey.hi]
         apart, widest = 1e-12 * survey.scale, BESIDE * survey.scale
         below = max((q for q in stops if q < value - apart), default=value - survey.scale)
         above = min((q for q in stops if q > value + apart), default=value + survey.scale)
-        return max(value - widest, 0.5 * (below + value)), min(
-            value + widest, 0.5 * (value + above)
-        )
+        down, up = (min(widest, 0.5 * apart) for apart in (value - below, above - value))
+        return value - share * down, value + share * up
 
     # ------------------------------------------------------------------ crises
 
@@ -352,7 +355,7 @@ class _Report:
         return any(abs(event.value - value) <= same for value in self.values)
 
     def _crisis(self, event: CrisisEvent) -> Bifurcation:
-        below, above = self._sides(event.value)
+        below, above = self._sides(event.value, 1.0)
         return bifurcation_of(
             event.kind,
             event.located,
@@ -362,6 +365,7 @@ class _Report:
             orbits_after=self._orbit_at(above, event),
             attractors_before=event.attractors_before,
             attractors_after=event.attractors_after,
+            looks=(event.sides[0].value, event.sides[1].value),
         )
 
     def _orbit_at(self, q: float, event: CrisisEvent) -> tuple[PeriodicOrbit, ...]:

@@ -24,7 +24,7 @@ from stickslip.analysis.bifurcations.scan.events import coefficients_at
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
 
 if TYPE_CHECKING:
-    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node
@@ -139,11 +139,13 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
 
 def with_attractors(
     item: Bifurcation,
-    before: tuple[Attractor, ...],
-    after: tuple[Attractor, ...],
+    below: ParameterPoint,
+    above: ParameterPoint,
     width: float,
 ) -> Bifurcation:
     """Add the attractors on both sides, and the outcome of a border collision that they show."""
+    before, after = (look.attractors.attractors for look in (below, above))
+    looks = below.value, above.value
     outcome = None
     if isinstance(item.condition, Collision):
         outcome = observed(
@@ -155,7 +157,9 @@ def with_attractors(
             gap=item.kind == "enters_gap",
             width=width,
         )
-    return replace(item, attractors_before=before, attractors_after=after, outcome=outcome)
+    return replace(
+        item, attractors_before=before, attractors_after=after, looks=looks, outcome=outcome
+    )
 
 
 def _predicted(event: Event, condition: Collision, family: Family) -> Outcome | None:

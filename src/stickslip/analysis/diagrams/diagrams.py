@@ -25,6 +25,7 @@ from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCu
 from stickslip.analysis.diagrams.orbit_curves import fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
 from stickslip.analysis.maps.protocol import FamilyND
+from stickslip.analysis.orbits.orbit import ON_CIRCLE
 from stickslip.analysis.work import Work, in_threads
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
@@ -47,7 +48,6 @@ HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 SMALLEST_CHUNK: Final = 64  # values that are worth a thread
-ROUNDING: Final = 1e-12  # of a multiplier
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
@@ -326,7 +326,7 @@ def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
     found = []
     for orbit in orbits:
         multiplier = abs(orbit.multipliers[k])
-        if multiplier < 1 + ROUNDING:  # at its flip itself an orbit still attracts
+        if multiplier < 1 + ON_CIRCLE:  # at its flip itself an orbit still attracts
             with np.errstate(divide="ignore"):
                 exponent = float(np.log(multiplier)) / orbit.period
             found.append(Motion("periodic", orbit.points[k], exponent))

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 SHOWN: Final = 24  # orbits in a list's repr
+ON_CIRCLE: Final = 1e-12  # multipliers this close to the unit circle are taken for on it
 
 
 Orbit = TypeVar("Orbit", bound="AnyOrbit")
@@ -55,6 +56,13 @@ class AnyOrbit(Result):
     period: int
     stable: bool
 
+    def _kind(self, multipliers: Any) -> str:
+        """``stable``, ``unstable``, or ``neutral``: multipliers on the unit circle tell neither."""
+        outermost = float(np.max(np.abs(multipliers), initial=0.0))
+        if abs(outermost - 1.0) <= ON_CIRCLE:
+            return "neutral"
+        return "stable" if self.stable else "unstable"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeriodicOrbit(AnyOrbit):
@@ -70,7 +78,8 @@ class PeriodicOrbit(AnyOrbit):
         Derivative of the period-th power of the map at the orbit: product of exact
         derivatives. Infinite for an infinitely unstable orbit.
     stable : bool
-        The multiplier is inside (-1, 1).
+        The multiplier is inside (-1, 1). On its ends an orbit may attract all the same: `kind`
+        is then ``neutral``.
     itinerary : tuple of str, length period
         What the map says of each point's branch: its own text if it has one, else the label.
     labels : ndarray of uint64, shape (period,)
@@ -117,10 +126,8 @@ class PeriodicOrbit(AnyOrbit):
 
     @property
     def kind(self) -> str:
-        """``stable``, ``unstable`` or ``infinitely unstable``."""
-        if self.jump is not None:
-            return "infinitely unstable"
-        return "stable" if self.stable else "unstable"
+        """``stable``, ``neutral``, ``unstable`` or ``infinitely unstable``."""
+        return "infinitely unstable" if self.jump is not None else self._kind(self.multiplier)
 
     def _columns(self) -> dict[str, Any]:
         return {

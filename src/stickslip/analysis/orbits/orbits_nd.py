@@ -72,8 +72,8 @@ class PeriodicOrbitND(AnyOrbit):
 
     @property
     def kind(self) -> str:
-        """``stable`` or ``unstable``."""
-        return "stable" if self.stable else "unstable"
+        """``stable``, ``neutral`` or ``unstable``."""
+        return self._kind(self.multipliers)
 
     def __repr__(self) -> str:
         """Period and multipliers in one line, a line for each point."""
