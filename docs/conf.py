@@ -79,6 +79,7 @@ READING_ORDER = (
     "slip_sizes",
     "certificate",
     "proven_branches",
+    "proven_basins",
 )
 
 

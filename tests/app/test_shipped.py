@@ -111,3 +111,17 @@ def test_the_page_is_written_into_one_file(tmp_path, monkeypatch, capsys):
     text = page.read_text(encoding="utf-8")
     assert re.findall(r'(?:src|href)="([^"#]*)"', text) == []  # it loads nothing
     assert "from a web server" not in text
+
+
+def test_the_written_page_begins_with_the_plant_of_a_file_or_a_preset(tmp_path, monkeypatch):
+    monkeypatch.setattr(live, "LAWS", {})
+    mine, folder = tmp_path / "mine.toml", tmp_path / "page"
+    ss.write_model(ss.examples.coulomb(alpha=0.7, V=0.08), mine)
+    assert run(["explore", "--model", str(mine), "--export", str(folder)]) == 0
+    first, *others = json.loads((folder / "presets.json").read_text())
+    assert (first["title"], first["state"]["model"]["alpha"]) == ("mine.toml", 0.7)
+    assert [view["name"] for view in others] == list(preset_names())
+    assert run(["explore", "--preset", "law9", "--export", str(folder)]) == 0
+    views = [view["name"] for view in json.loads((folder / "presets.json").read_text())]
+    assert (views[0], sorted(views)) == ("law9", sorted(preset_names()))
+    assert run(["explore", "--preset", "no", "--export", str(folder)]) == 2

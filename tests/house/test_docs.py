@@ -1,5 +1,6 @@
 """What the documentation shows works: its Python, its commands, its tutorials."""
 
+import ast
 import inspect
 import json
 import re
@@ -41,6 +42,12 @@ def test_a_tutorial_or_picture_runs_and_draws(script, elsewhere):
     runpy.run_path(str(script))
     assert plt.get_fignums()
     assert not list(elsewhere.iterdir())
+
+
+def test_every_tutorial_and_picture_has_its_place_in_the_order_of_reading():
+    order = re.search(r"READING_ORDER = (\(.*?\n\))", (DOCS / "conf.py").read_text(), re.DOTALL)
+    places = ast.literal_eval(order[1])
+    assert sorted(places) == sorted(script.stem for script in SCRIPTS)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)

@@ -13,13 +13,14 @@ import trove_classifiers
 import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
-from tests.acceptance import packaging
+from tests.acceptance import packaging, release
 
 import stickslip
 
 ROOT = Path(__file__).resolve().parents[2]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 LOCKS = sorted(ROOT.glob("requirements*.lock"))
+HOME = "https://example.org/stickslip"
 
 
 def pinned(lock):
@@ -133,11 +134,37 @@ def test_the_release_tries_every_python_that_is_promised():
     jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text())["jobs"]
     named = re.findall(r"Python :: (3\.\d+)", "\n".join(PYPROJECT["project"]["classifiers"]))
     assert jobs["try"]["strategy"]["matrix"]["python"] == named
-    assert jobs["publish"]["needs"] == "try"
+    assert jobs["ends"]["strategy"]["matrix"]["python"] == named
+    assert jobs["publish"]["needs"] == ["try", "ends"]
     assert jobs["publish"]["environment"] == "release"
     commands = [step["run"] for step in jobs["try"]["steps"] if "run" in step]
     ours = [line.removeprefix("stickslip ") for line in commands if line.startswith("stickslip ")]
     assert len(ours) >= 4
+
+
+def test_a_release_is_refused_until_a_person_has_filled_in_what_only_a_person_can(tmp_path):
+    gaps = release.missing()
+    assert [gap.partition(":")[0] for gap in gaps] == [
+        *["pyproject.toml"] * 4,
+        "codemeta.json",
+        "CITATION.cff",
+        "README.md",
+        "authors",
+    ]
+    urls = "\n".join(f'{name} = "{HOME}"' for name in release.URLS)
+    edits = {
+        "pyproject.toml": ("[project.scripts]", f"[project.urls]\n{urls}\n[project.scripts]"),
+        "codemeta.json": ('"name"', f'"codeRepository": "{HOME}",\n  "name"'),
+        "CITATION.cff": ("title:", f'repository-code: "{HOME}"\ntitle:'),
+        "README.md": ("](", f"]({HOME}/"),
+        ".zenodo.json": ("", ""),
+    }
+    for name, (old, new) in edits.items():
+        text = (ROOT / name).read_text().replace(old, new).replace("stickslip developers", "A. B.")
+        (tmp_path / name).write_text(text)
+    assert release.missing(tmp_path) == []
+    steps = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text())["jobs"]
+    assert "tests.acceptance.release" in str(steps["build"]["steps"])
 
 
 @pytest.mark.parametrize(

@@ -154,11 +154,14 @@ def read(name: str, folder: Traversable = SHIPPED) -> bytes:
     return gzip.decompress((folder / name).read_bytes())
 
 
-def export(place: Path) -> Path:
-    """Write the page: into a folder for a web server, or one ``.html`` file that loads nothing."""
+def export(place: Path, first: dict[str, Any] | None = None) -> Path:
+    """Write the page: into a folder for a web server, or one ``.html`` file that loads nothing.
+
+    It begins with `first`, a preset of the page or of a plant that was opened.
+    """
     if place.suffix == ".html":
         with tempfile.TemporaryDirectory() as name, whole_file(place) as temporary:
-            export(Path(name))
+            export(Path(name), first)
             temporary.write_text(one_file(Path(name)), encoding="utf-8")
         return place
     folder = place
@@ -170,7 +173,8 @@ def export(place: Path) -> Path:
     alone = page.replace('<html lang="en"', '<html lang="en" data-alone', 1)
     alone = alone.replace("</body>", f"  {NO_SERVER}\n  </body>")
     (folder / "index.html").write_text(alone, encoding="utf-8")
-    for name, content in (("limits", described_limits() | {"exports": {}}), ("presets", presets())):
+    views = presets() if first is None else [first, *(v for v in presets() if v != first)]
+    for name, content in (("limits", described_limits() | {"exports": {}}), ("presets", views)):
         (folder / f"{name}.json").write_bytes(msgspec.json.encode(content))
     return folder / "index.html"
 

@@ -28,8 +28,8 @@ stickslip explore
 stickslip explore --preset law9 --port 0
 stickslip explore --model mine.toml
 stickslip explore --host 0.0.0.0 --no-browser
-stickslip explore --export page
-stickslip explore --export page.html
+stickslip explore --model mine.toml --export page.html
+stickslip explore --export folder
 """
 
 HIGHEST_PORT = 65535
@@ -63,9 +63,9 @@ def explore(
     model
         Begin with the plant of a model file.
     export
-        Serve nothing: write the page, with presets, tour, and maps and motions that it computes
-        itself, into this folder, for any web server; or into one file that opens from a disk,
-        if the name ends in .html.
+        Serve nothing: write the page, which begins with --preset or --model, into one file that
+        opens from a disk, if the name ends in .html; else into a folder for any web server. It
+        has presets and tour, and computes maps and motions of two equal undamped blocks itself.
     """
     if not 0 <= port <= HIGHEST_PORT:
         raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
@@ -75,19 +75,21 @@ def explore(
     from stickslip.extras import require_extra
 
     require_extra("app", "explorers", *EXTRA)
-    if export is not None:
-        from stickslip.app.shipped import export as write
-
-        print(write(export), flush=True)
-        return
     if preset is not None and model is not None:
         raise UsageError("give either --model or --preset")
-    from stickslip.app.page import opened, preset_names
-    from stickslip.app.server import listening_socket, serve, url_of
+    from stickslip.app.page import opened, preset_names, presets
 
     if preset is not None and preset not in preset_names():
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
     plant = None if model is None else opened(model)
+    if export is not None:
+        from stickslip.app.shipped import export as write
+
+        first = plant or next((view for view in presets() if view["name"] == preset), None)
+        print(write(export, first), flush=True)
+        return
+    from stickslip.app.server import listening_socket, serve, url_of
+
     try:
         listener = listening_socket(host, port)
     except OSError as error:

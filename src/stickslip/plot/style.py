@@ -161,9 +161,9 @@ def png_text(draw: Callable[[Axes], object]) -> str:
     return base64.b64encode(stream.getvalue()).decode()
 
 
-def panel_letter(ax: Axes, letter: str) -> None:
-    """Name a panel as the paper does: "(a)" above its left end."""
-    ax.set_title(f"({letter})", loc="left", pad=3.0)
+def panel_letter(ax: Axes, letter: str, about: str = "") -> None:
+    """Name a panel as the paper does: "(a)" above its left end, then what it is about."""
+    ax.set_title(f"({letter}) {about}".rstrip(), loc="left", pad=3.0)
 
 
 def check_formats(formats: Iterable[str]) -> tuple[str, ...]:

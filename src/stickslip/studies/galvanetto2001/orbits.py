@@ -17,10 +17,17 @@ from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import event_map
+from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
 
 WINDOW: Final = (0.379, 0.390)
 """Range of d in which section 4 studies law (9)."""
+
+
+def named(model: TwoBlock, *varied: str) -> str:
+    """Write the numbers of a model for a caption, without those that vary in the figure."""
+    kept = (item for item in model.parameters.items() if item[0] not in varied)
+    return ", ".join(f"{name} = {value:g}" for name, value in kept)
 
 
 @lru_cache(maxsize=64)  # conditions and claims ask for the same tables

@@ -39,7 +39,8 @@ class Cusp:
     power: int
     d: float  # at the bifurcation
     beside: float  # on the side
-    slopes: tuple[float, float]  # of f^p left and right
+    own: tuple[float, float]  # slopes of f left and right
+    slopes: tuple[float, float]  # of f^p
     local: LocalAttractor  # attractor that the slopes alone foretell
     # of f, up to period `PERIODS`, with all points beside the cusp or its images
     orbits: tuple[PeriodicOrbit, ...]
@@ -90,6 +91,7 @@ def _cusp(alpha: float, beside: float, power: int) -> Cusp:
         power,
         item.d,
         c,
+        (item.left_slope, item.right_slope),
         (left, right),
         attractor_of_skew_tent(left, right, paired_side(left, right)),
         orbits,
@@ -262,38 +264,43 @@ def _reach(cusp: Cusp) -> str:
 
 def _local_shape(facts: Facts) -> Claim:
     first, last = facts.first, facts.last
-    told = (first.local.kind == "chaotic") == (first.reach < 10.0) and (
-        last.local.kind == "chaotic"
-    ) == (last.reach < 10.0)
-    differ = first.local.kind != last.local.kind
+    seen = [cusp.reach < 10.0 for cusp in (first, last)]
+    observed = (
+        f"observed: {'chaos' if seen[0] else 'none'} and {'chaos' if seen[1] else 'no attractor'}"
+    )
+    alone = attractor_of_skew_tent(*first.own, paired_side(*first.own))
     return claim(
         "law9.local_shape",
         16,
         "section 4, second example",
-        "The different outcome cannot be inferred from the slopes of the two branches that meet at "
-        "the cusp",
+        "The different outcome cannot be inferred only from the local shape of the map, the slopes "
+        "of the two branches that meet at the cusp; the shape away from the cusp matters, too",
         Finding(
-            "the slopes of f^2 and of f foretell the same, or something wrong",
-            f"first: {_foretold(first)}; second: {_foretold(last)}; observed: "
-            f"{'chaos' if first.reach < 10.0 else 'none'} and "
-            f"{'chaos' if last.reach < 10.0 else 'no attractor'} at the cusp",
-            not (told and differ),
+            "the slopes of f beside its cusp do not tell",
+            f"first: {_foretold(first.own, alone)}; second: {_foretold(last.own, last.local)}; "
+            f"{observed} at the cusp",
+            (alone.kind == "chaotic") != seen[0],
+        ),
+        Finding(
+            "at the first, the slopes of f^2 beside its cusp do not tell either",
+            f"first: {_foretold(first.slopes, first.local)}; {observed} at the cusp",
+            (first.local.kind == "chaotic") != seen[0],
+            essential=False,
         ),
         note=(
             "With slopes a > 1 and b < -1 a map of two lines keeps an interval beside its corner "
             "if and only if (a - 1) (|b| - 1) <= 1, and then fills bands in it with chaos; "
-            "otherwise orbits leave. The two slopes of the power of f that has the cusp on the "
-            "diagonal are all that is needed. For the first bifurcation these are slopes of f^2, "
-            "which hold the slope of f at the cusp's image: of f itself the slopes beside the cusp "
-            "would not do."
+            "otherwise orbits leave. At the first bifurcation the cusp of f is not on the "
+            "diagonal, that of f^2 is: its slopes hold the slope of f at the cusp's image, away "
+            "from the cusp. From them the outcome follows, without any other part of the map."
         ),
     )
 
 
-def _foretold(cusp: Cusp) -> str:
-    a, b = sorted(cusp.slopes, reverse=True)
+def _foretold(slopes: tuple[float, float], local: LocalAttractor) -> str:
+    a, b = sorted(slopes, reverse=True)
     measure = (a - 1.0) * (-b - 1.0)
-    outcome = {"none": "no attractor", "chaotic": "chaos"}.get(cusp.local.kind, str(cusp.local))
+    outcome = {"none": "no attractor", "chaotic": "chaos"}.get(local.kind, str(local))
     return f"slopes {a:.6f}, {b:.6f}, (a - 1) (|b| - 1) = {measure:.6f}: {outcome}"
 
 

@@ -22,6 +22,7 @@ from stickslip.studies.galvanetto2001.orbits import (
     coulomb_orbits,
     from_point_1,
     jump_of_s4,
+    named,
     u4,
 )
 
@@ -67,12 +68,10 @@ def _names(ax: Axes, data: Orbits) -> None:
 
 def describe_orbits(data: Orbits) -> str:
     """Describe the picture with the multipliers."""
-    p = data.model.parameters
     slopes = ", ".join(f"{name} {item.multiplier:.4g}" for name, item in data.orbits.items())
     return (
-        f"Event map for alpha = {p['alpha']:g}, beta = {p['beta']:g}, mu = {p['mu']:g}, "
-        f"V = {p['V']:g} over its whole domain. Bold points: attractors S1 and S4 (points "
-        f"numbered in their order); squares: unstable fixed points. There are no other "
+        f"Event map for {named(data.model)} over its whole domain. Bold points: attractors S1 and "
+        "S4 (points numbered in their order); squares: unstable fixed points. There are no other "
         f"orbits up to period 4, save infinitely unstable ones. Multipliers: {slopes}."
     )
 
@@ -154,7 +153,8 @@ def draw_fourth(data: Fourth, figure: Figure) -> None:
         window = data.domain if curve is data.whole else ENLARGED
         enlarged = curve is not data.whole
         draw_curve(curve, ax, window=window, power=4, linewidth=0.9, ticks=4, jumps=enlarged)
-        panel_letter(ax, letter)
+        V = VELOCITIES[letter == "c"]
+        panel_letter(ax, letter, rf"$V_{{\mathrm{{dr}}}} = {V:g}$")
     circle: dict[str, Any] = {"mfc": "white", "mew": 1.0, "ms": 4.5}
     mark_orbit(axes[0], data.s4, power=4, **circle)
     mark_orbit(axes[1], data.s4[:1], power=4, **circle)
@@ -163,8 +163,9 @@ def draw_fourth(data: Fourth, figure: Figure) -> None:
 def describe_fourth(data: Fourth) -> str:
     """Describe the panels and the enlarged window."""
     return (
-        f"Fourth iterated map: (a) V = {VELOCITIES[0]:g}, circles: S4; (b) enlarged, "
-        f"{ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice), dotted: the jump; (c) the same for "
+        f"Fourth iterated map for {named(examples.coulomb(), 'V')}: (a) V = {VELOCITIES[0]:g}, "
+        f"circles: S4; (b) enlarged, {ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice), dotted: "
+        "the jump; (c) the same for "
         f"V = {VELOCITIES[1]:g}, where S4 has met the jump and is gone. The point of S4 in (b) is "
         f"d = {data.s4[0]:.10f}."
     )
@@ -215,7 +216,7 @@ def describe_basins(data: Divided) -> str:
     intervals = " and ".join(f"{low:.10f} < d < {high:.10f}" for low, high in data.hatched)
     share = data.basins.share(data.s1)
     return (
-        f"Event map for V = {data.model.V:g}; hatched: the basin of S1, {intervals} ({share:.2%} "
+        f"Event map for {named(data.model)}; hatched: the basin of S1, {intervals} ({share:.2%} "
         "of the domain); the rest is the basin of S4. Bold points: S1 and S4."
     )
 
@@ -273,7 +274,8 @@ def describe_transients(data: Transients) -> str:
     """Describe the two transients."""
     points = ", ".join(f"{d:.6f}" for d in data.u4)
     return (
-        f"Fourth iterated map for V = 0.0366 (a) over {WINDOWS[0][0]:g} < d < {WINDOWS[0][1]:g} "
+        f"Fourth iterated map for {named(examples.coulomb())}: (a) over "
+        f"{WINDOWS[0][0]:g} < d < {WINDOWS[0][1]:g} "
         f"and (b) enlarged (our choice). From the left side of the jump d = {data.u4[0]:.10f} the "
         "orbit climbs down to the nearest point of S4; from the right side it leaves for "
         f"d = {data.from_right[1]:.4f} and settles at d = {data.from_right[-1]:.4f}, another "

@@ -21,7 +21,7 @@ from stickslip.plot.bifurcations import BREAK, STABLE
 from stickslip.plot.diagram import draw_attractors, draw_diagram, draw_orbit_curve
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
-from stickslip.studies.galvanetto2001.orbits import WINDOW
+from stickslip.studies.galvanetto2001.orbits import WINDOW, named
 
 # Figure 4: steady motions of the Coulomb system over the driving velocity.
 V_RANGE: Final = (0.0366, 0.0372)
@@ -115,20 +115,21 @@ def _draw_enlarged(ax: Axes, data: CoulombDiagram) -> None:
     ax.set_xlim(V_RANGE)
     ax.set_ylim(ENLARGED)
     ax.annotate("$D$", (V_RANGE[0], line.d[0]), (8, 4), textcoords="offset points")
-    ax.annotate("$S_{41}$", (V_RANGE[0], s4.points[0, column]), (8, -4), textcoords="offset points")
+    quarter = len(values) // 4
+    where = (values[quarter], s4.points[quarter, column])
+    ax.annotate("$S_{41}$", where, (4, -10), textcoords="offset points")
     ax.set_xlabel(r"$V_{\mathrm{dr}}$")
     ax.set_ylabel("$d$")
 
 
 def describe_coulomb(data: CoulombDiagram) -> str:
     """Describe both panels, where S4 ends and what follows it."""
-    p = data.model.parameters
     longest = max(data.long_periods)
     lowest = min(data.long_periods)
     chaotic = np.unique(data.diagram.attractors.kind[data.diagram.attractors.kind != "periodic"])
     rest = "No attractor was found that is not periodic." if not chaotic.size else ""
     return (
-        f"Steady motions for alpha = {p['alpha']:g}, beta = {p['beta']:g}, mu = {p['mu']:g}. (a) "
+        f"Steady motions for {named(data.model, 'V')}. (a) "
         "Heavy: attractors S1 and S4 (points numbered in their order), thin: unstable orbits U1 "
         "and U2; there are no other orbits up to period 4. Dots: the attractors that follow S4, "
         f"all of their points. (b) Enlarged, {ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice): "
@@ -220,11 +221,10 @@ def _name_orbits(ax: Axes, data: Law9Diagram) -> None:
 def describe_law9(data: Law9Diagram) -> str:
     """Describe the diagram with the values of alpha at which orbits begin and end."""
     orbits = data.orbits
-    p = data.model.parameters
-    others = ", ".join(f"{name} = {p[name]:g}" for name in ("beta", "V", "gamma", "delta", "eta"))
     cascade = next(o for o in data.diagram.of_period(2) if o.ends[0].reason == "flip")
     return (
-        f"Bifurcation diagram for {others} in the window {WINDOW[0]:g} < d < {WINDOW[1]:g}. "
+        f"Bifurcation diagram for {named(data.model, 'alpha')} in the window "
+        f"{WINDOW[0]:g} < d < {WINDOW[1]:g}. "
         "Heavy: stable, thin: unstable orbits up to period 2, all of them; dots: other attractors, "
         "black for cycles of longer periods, blue for chaotic ones. A and B are born "
         f"on the cusps of f^2 at alpha = {orbits['A'].ends[0].value:.12f}; A dies at the flip of "
@@ -329,8 +329,9 @@ def describe_crisis(data: Crisis) -> str:
     """Describe the picture and where the collision is seen."""
     step, (low, high) = float(np.diff(data.diagram.values).mean()), CRISIS_RANGE
     return (
-        f"Fixed points and attractors for {low:g} < alpha < {high:g} (ranges are our "
-        "choice). Shaded: the chaotic attractor, between the first two images of the cusp; heavy "
+        f"Fixed points and attractors for {named(data.model, 'alpha')}, "
+        f"{low:g} < alpha < {high:g} (ranges are our choice). Shaded: the chaotic attractor, "
+        "between the first two images of the cusp; heavy "
         "line: the stable fixed point S1, thin lines: the unstable ones, U1 and P1. The lower "
         "edge of the attractor meets U1, which was born with S1 in the fold at alpha = "
         f"{data.u1.ends[0].value:.10f}; the last value with the attractor is "

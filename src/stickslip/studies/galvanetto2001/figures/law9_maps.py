@@ -21,7 +21,13 @@ from stickslip.numerics.arrays import Floats
 from stickslip.plot.maps import Curve, draw_curve, mark_orbit, trace
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
-from stickslip.studies.galvanetto2001.orbits import WINDOW, cusp_of, fixed_points, in_window
+from stickslip.studies.galvanetto2001.orbits import (
+    WINDOW,
+    cusp_of,
+    fixed_points,
+    in_window,
+    named,
+)
 
 
 # Figure 12: first and second iterated map of law (9) for alpha = 1.208.
@@ -66,10 +72,8 @@ def draw_p1(data: BeforeBirth, figure: Figure) -> None:
 
 def describe_p1(data: BeforeBirth) -> str:
     """Describe the picture with the cusp and P1 in numbers."""
-    p = data.model.parameters
-    numbers = ", ".join(f"{name} = {value:g}" for name, value in p.items())
     return (
-        f"(a) First and (b) second iterated map for {numbers}. The map has its cusp at "
+        f"(a) First and (b) second iterated map for {named(data.model)}. The map has its cusp at "
         f"d = {data.cusp:.6f}; the bold point is the stable fixed point P1, d = {data.p1:.6f}, "
         f"multiplier {data.multiplier:.5f}."
     )
@@ -173,7 +177,7 @@ def describe_birth(data: Birth) -> str:
     """Describe the panels, how the first is magnified, and the two orbits in numbers."""
     (a1, a2), (b1, b2) = data.a.points, data.b.points
     return (
-        f"Second iterated map g for alpha = {data.model.alpha:g}: (a) drawn at the height d + "
+        f"Second iterated map g for {named(data.model)}: (a) drawn at the height d + "
         f"{MAGNIFICATION:g} (g(d) - d), so that the distance to the diagonal, at most "
         f"{data.distance:.1e} between the cusps, is magnified {MAGNIFICATION:g} times (our choice; "
         "points on the diagonal stay where they are); (b) and (c) true to scale beside its two "
@@ -228,7 +232,7 @@ def describe_chaos(data: Chaos) -> str:
     bands = " and ".join(f"[{low:.8f}, {high:.8f}]" for low, high in data.attractor.bands)
     exponent, error = data.attractor.lyapunov
     return (
-        f"(a) First and (b) second iterated map for alpha = {data.model.alpha:g}. Heavy: the "
+        f"(a) First and (b) second iterated map for {named(data.model)}. Heavy: the "
         f"{data.attractor.kind} attractor, two bands {bands} between images of the cusp, Lyapunov "
         f"exponent {exponent:.3f} ± {error:.3f} per step; square: the unstable fixed point P1, "
         f"d = {data.p1:.6f}."
@@ -284,7 +288,7 @@ def _mark_fixed_points(ax: Axes, data: Lobe, window: tuple[float, float]) -> Non
 def describe_lobe(data: Lobe) -> str:
     """Describe the picture with the points in numbers."""
     return (
-        f"First iterated map for alpha = {data.model.alpha:g}: (a) the lobe, (b) its cusp enlarged "
+        f"First iterated map for {named(data.model)}: (a) the lobe, (b) its cusp enlarged "
         f"(ranges are our choice). Squares: the unstable fixed points U1, d = {data.u1:.8f}, and "
         f"P1, d = {data.p1:.8f}, on both sides of the cusp d = {data.cusp:.8f}, and S1, "
         f"d = {data.s1:.8f}, unstable since its period doubling."

@@ -17,7 +17,7 @@ from stickslip.numerics.arrays import Floats
 from stickslip.plot.motion import draw_portrait, sample_times, stick_interval
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
-from stickslip.studies.galvanetto2001.orbits import attracting_orbits
+from stickslip.studies.galvanetto2001.orbits import attracting_orbits, named
 
 # Figure 7: steady motions of block 2 of the Coulomb system before and after the collision.
 VELOCITIES: Final = (0.0366, 0.0370)
@@ -59,7 +59,7 @@ def draw_steady(data: tuple[Steady, ...], figure: Figure) -> None:
     for ax, letter, one in zip(axes, "ab", data, strict=True):
         draw_portrait(ax, one.x, one.v, block=BLOCK, V=one.model.V, linewidth=0.6)
         _enlarge(ax, one)
-        panel_letter(ax, letter)
+        panel_letter(ax, letter, rf"$V_{{\mathrm{{dr}}}} = {one.model.V:.4f}$")
     axes[1].set_ylabel("")
 
 
@@ -77,7 +77,8 @@ def describe_steady(data: tuple[Steady, ...]) -> str:
     """Describe the two motions."""
     first, second = data
     return (
-        f"Phase portraits of block 2 in steady motion: (a) V = {first.model.V:.4f}, period "
+        f"Phase portraits of block 2 in steady motion for {named(first.model, 'V')}: "
+        f"(a) V = {first.model.V:.4f}, period "
         f"{first.period} in global stick phases (S4); (b) V = {second.model.V:.4f}, period "
         f"{second.period}. Heavy: where the block rides on the belt; dashed: the belt's velocity. "
         "Insets enlarge the lobe that grazes it."
@@ -144,7 +145,7 @@ def draw_transients(data: Transients, figure: Figure) -> None:
     for ax, letter, one in zip(axes, "ab", data.transients, strict=True):
         draw_portrait(ax, one.x, one.v, block=BLOCK, V=data.model.V, interval=one.interval)
         ax.plot(one.x[-1], one.v[-1], "o", ms=3.5, color=PALETTE["blue"], zorder=4)
-        panel_letter(ax, letter)
+        panel_letter(ax, letter, f"$d = {one.d:g}$")
     axes[1].set_ylabel("")
 
 
@@ -152,7 +153,7 @@ def describe_transients(data: Transients) -> str:
     """Describe the two motions."""
     first, second = data.transients
     return (
-        f"Phase portraits of block 2 for alpha = {data.model.alpha:g} from the end of a global "
+        f"Phase portraits of block 2 for {named(data.model)} from the end of a global "
         f"stick phase (a) d = {first.d:g}, (b) d = {second.d:g} to its first stick (dot). Heavy: "
         "the stick interval when the block comes nearest to the belt. In (a) it turns back "
         f"{-first.peak:.2g} below the belt velocity, beside the interval's right end; in (b) it "
