@@ -3,6 +3,7 @@
 #
 #   make reproduce    the paper's figures and table of values in out/
 #   make test         the test suite
+#   make quick        a choice of it from every package, half a minute: for the inner loop
 #   make evidence     the large samples and long proofs, an hour or two
 #   make check        lint, types, the page, import contracts, budgets, then the tests: what CI runs
 #   make docs         the documentation in docs/_build/html, from local files alone
@@ -20,8 +21,12 @@ STAMPS := $(VENV)/.stickslip
 COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-strip-extras --no-emit-index-url --no-emit-find-links --no-header
 
+# Whatever the caller's settings: rewriting the assertions of all tests anew takes ten seconds in
+# every worker, compiling the package a third of the start of every program that a test runs.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test check docs benchmark evidence packaging wheel clean lint format types page contracts budgets \
+.PHONY: help reproduce test quick check docs benchmark evidence packaging wheel clean lint format types page contracts budgets \
 	test-kernels test-all lock env env-dev env-docs
 
 help:
@@ -37,6 +42,10 @@ reproduce: $(STAMPS)/core
 test: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory test-kernels
 	@$(MAKE) --no-print-directory test-all
+
+# Files, not a marker: to collect all tests takes twelve seconds and more in every worker.
+quick: $(STAMPS)/dev
+	$(PY) -m pytest $$(grep -v '^#' tests/quick.txt) -n $(JOBS) --dist worksteal -q -m "not slow"
 
 check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory lint
@@ -89,7 +98,8 @@ clean:
 # ---------------------------------------------------------------- what `check` is made of
 
 test-kernels: $(STAMPS)/dev
-	NUMBA_DISABLE_JIT=1 $(PY) -m pytest tests -m kernel -n $(JOBS) --dist worksteal -q
+	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m kernel \
+		-n $(JOBS) --dist worksteal -q
 
 test-all: $(STAMPS)/dev
 	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m "not slow"

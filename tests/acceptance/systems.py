@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from tests.reference.coulomb import Coulomb
@@ -60,10 +61,8 @@ class Case:
         return ss.TwoBlock(alpha=self.alpha, beta=self.beta, V=self.V, friction=friction)
 
     def oracle(self) -> System:
-        """The reference for the same system."""
-        if self.kind == "coulomb":
-            return Coulomb(self.alpha, self.beta, self.V, dict(self.law)["mu"])
-        return Smooth(self.alpha, self.beta, self.V, PoppStelter(**dict(self.law)))
+        """The reference for the same system, the same one each time."""
+        return _oracle(self)
 
     def __str__(self) -> str:
         """To paste into a bug report."""
@@ -73,6 +72,14 @@ class Case:
             f"TwoBlock(alpha={self.alpha!r}, beta={self.beta!r}, V={self.V!r}, "
             f"friction={name}({law}))"
         )
+
+
+@lru_cache(1000)
+def _oracle(system: Case) -> System:
+    law = dict(system.law)
+    if system.kind == "coulomb":
+        return Coulomb(system.alpha, system.beta, system.V, law["mu"])
+    return Smooth(system.alpha, system.beta, system.V, PoppStelter(**law))
 
 
 def case(kind: str, **parameters: float) -> Case:

@@ -190,13 +190,23 @@ def test_the_conda_recipe_asks_for_what_the_project_asks_for():
 
 @pytest.mark.parametrize(
     "target",
-    ["reproduce", "test", "check", "docs", "benchmark", "packaging", "clean", "lint", "types"],
+    [
+        *("reproduce", "test", "quick", "check", "docs", "benchmark", "packaging", "clean"),
+        *("lint", "types"),
+    ],
 )
 def test_make_knows_the_target(target):
     done = subprocess.run(
         ["make", "--dry-run", target], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_what_make_quick_runs_is_there():
+    lines = (ROOT / "tests" / "quick.txt").read_text().splitlines()
+    named = [ROOT / name for line in lines if not line.startswith("#") for name in line.split()]
+    assert named
+    assert [path for path in named if not path.exists()] == []
 
 
 def test_make_says_what_to_do_without_a_new_enough_python(tmp_path):

@@ -179,7 +179,7 @@ def test_three_fixed_points_all_over_figure_4():
 
 
 @pytest.mark.usefixtures("few_cuts")
-@pytest.mark.parametrize("missing", [0, 2])
+@pytest.mark.parametrize("missing", [pytest.param(0, marks=pytest.mark.slow), 2])
 def test_a_list_with_a_branch_missing_is_refused(curves, missing):
     document = copy.deepcopy(curves.document)
     del document["branches"][missing]
@@ -201,6 +201,7 @@ def test_a_list_of_a_range_that_the_branches_do_not_cover_is_refused(curves):
         words.read(document)
 
 
+@pytest.mark.slow
 def test_where_the_number_of_orbits_changes_no_list_is_proven():
     proof = ss.certify_orbits(
         ss.examples.coulomb(V=0.1199), along="V", range=("0.1198", "0.1201"), digits=6

@@ -79,8 +79,10 @@ def valid(kind):
 
 
 KINDS = (
-    *("orbit", "unstable", "jump", "list", "border", "flip", "fold", "branch", "lost"),
-    *("curves", "basins", "own orbit", "own list"),
+    *("orbit", "unstable", "jump", "list", "border", "flip", "fold", "branch"),
+    *("basins", "own orbit", "own list"),
+    # ten seconds each; test_branch.py and test_cover.py change them by hand
+    *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("lost", "curves")),
 )
 
 

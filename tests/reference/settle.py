@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from flint import arb
 
@@ -54,7 +55,7 @@ def settle(
     ``duration``: when the motion returned, if it did: a reference that has been followed beyond
     that without a return refutes it. ``limits``: ``max_events`` and ``max_time`` of the reference.
     """
-    reference = system.motion(d, **limits)
+    reference = followed(system, d, **limits)
     error, kappa = math.nan, 1.0
 
     def verdict(word: str) -> Verdict:
@@ -70,12 +71,24 @@ def settle(
             error = float(abs(exact(value) - reference.value))
             if error <= tol:
                 return verdict(RIGHT)
-    kappa = sensitivity(system, d, reference, **limits)[1]
+    kappa = stretch(system, d, **limits)
     if error <= tol * kappa:
         return verdict(RIGHT)
     if changes_nearby(system, d, reference, kappa, limits):
         return verdict(EXCUSED)
     return verdict(WRONG)
+
+
+@lru_cache(2000)
+def followed(system: System, d: float, **limits: float) -> Motion:
+    """The oracle's motion, kept: the other engines are held against the same one."""
+    return replace(system.motion(d, **limits), phases=())
+
+
+@lru_cache(2000)
+def stretch(system: System, d: float, **limits: float) -> float:
+    """Kappa of that motion."""
+    return sensitivity(system, d, followed(system, d, **limits), **limits)[1]
 
 
 def changes_nearby(

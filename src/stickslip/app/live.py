@@ -69,7 +69,7 @@ def module(model: TwoBlock, engine: Engine) -> bytes:
         "scratch": backend.scratch(of_start),
         "controls": CONTROLS,
         "itinerary": np.zeros((PHASES, 2), dtype=np.int8),
-        "outputs": outputs,
+        "outputs": outputs._replace(value=outputs.value[:, None]),
     }
     key, advance = engine.key, engine.kernels.advance
     samples = instantiate(f"{FLOW}._samples_kernels", key, advance=advance)

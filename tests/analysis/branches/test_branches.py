@@ -188,7 +188,7 @@ def test_accumulating_branches_stop_and_say_so():
 
 
 def test_what_is_not_followed_overlaps_no_branch(monkeypatch):
-    monkeypatch.setattr("stickslip.analysis.branches.discontinuities.MAX_CHANGES", 200)
+    monkeypatch.setattr("stickslip.analysis.branches.discontinuities.MAX_CHANGES", 60)
     friction = ss.Coulomb(mu=0.0625)
     f = ss.event_map(ss.TwoBlock(alpha=1.875, beta=1.75, V=0.140625, friction=friction))
     table = branches(f)  # most motions never return; their set is a fractal

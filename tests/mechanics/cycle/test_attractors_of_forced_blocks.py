@@ -79,6 +79,7 @@ def test_exponents_are_those_of_plain_iteration_of_differences() -> None:
     assert np.isneginf(spectrum.values[1])
 
 
+@pytest.mark.slow
 def test_everything_along_the_speed_is_located() -> None:
     """A cycle takes over at a jump, and ends in a fold with one that is born at another jump."""
     f, span = landings(CHAOTIC), (0.168, 0.184)

@@ -108,7 +108,7 @@ def test_a_list_comes_back_from_its_file(tmp_path: Path) -> None:
     assert repr(again) == repr(found)
     assert again[0].model == block
     assert again[0].trajectory.t[-1] == found[0].period
-    own = ss.friction_law(lambda s, a: 1 / (1 + a * s), parameters={"a": 3.0})
+    own = ss.friction_law(lambda s, a, b: a + b * s, parameters={"a": 0.4, "b": 0.0})
     cycle = ss.find_cycle(block.replace(friction=own), [1.0], [0.2])
     with pytest.raises(ValueError, match="Python function"):
         cycle.save(tmp_path / "own.json")

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.sizes import sizes
 
 import stickslip as ss
 from stickslip import status
@@ -40,21 +41,22 @@ MODELS = {
 
 
 def test_a_reversed_force_reverses_the_motion() -> None:
-    """(X, V) -> -(X, V): forces change sign, functions for slip either way change places."""
+    """(X, V) -> -(X, V): forces change sign, numbers for slip either way change places."""
 
-    def weak(s, a):
-        return 1 / (1 + a * s)
+    def backward(s, a, b, c, d):
+        return a / (1 + b * s)
 
-    def weaker(s, a):
-        return 0.8 / (1 + 2 * a * s)
+    def forward(s, a, b, c, d):
+        return c / (1 + d * s)
 
-    def motion(sign: int, backward, forward) -> ss.Trajectory:
-        law = ss.friction_law(backward, forward=forward, parameters={"a": 0.5})
+    def motion(sign: int, *numbers: float) -> ss.Trajectory:
+        parameters = dict(zip("abcd", numbers, strict=True))
+        law = ss.friction_law(backward, forward=forward, parameters=parameters)
         forcing = ss.Harmonic(amplitude=(sign * 2.0, sign * 0.3), frequency=0.7, phase=0.4)
         chain = ss.Chain(static=[1, 1.3], alpha=0.6, V=0.0, friction=law, forcing=forcing)
         return ss.simulate(chain, [0.3 * sign, 0.1 * sign], [0.2 * sign, 0.0], t_end=60)
 
-    one, mirrored = motion(1, weak, weaker), motion(-1, weaker, weak)
+    one, mirrored = motion(1, 1.0, 0.5, 0.8, 1.0), motion(-1, 0.8, 1.0, 1.0, 0.5)
     np.testing.assert_array_equal(mirrored.modes, -one.modes)
     assert {-1, 0, 1} == set(one.modes.ravel())
     t = np.linspace(0, 60, 100)
@@ -115,7 +117,7 @@ def test_start_on_the_belt() -> None:
         ss.simulate(MODELS["forced"], d=[], t_end=1)
 
 
-@pytest.mark.parametrize("limit", [4_000, pytest.param(20_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("limit", sizes(1_000, 20_000))
 def test_a_long_chain_is_followed(limit: int) -> None:
     """All events of 100 blocks, or a return before: chaos leaves that to rounding."""
     limits = 1 + 0.3 * np.random.default_rng(1).random(100)

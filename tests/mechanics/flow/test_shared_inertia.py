@@ -21,11 +21,19 @@ ACCURATE = 1e-10  # DOP853's; its events of dependent contacts are a linear prog
 FULL = ss.Coulomb(mu=1.0)
 
 
+LINEAR = (
+    *(ss.Coulomb(mu=0.4), ss.Coulomb(mu=0.6, viscous=0.1)),
+    *(ss.Coulomb(mu=0.8), ss.Coulomb(mu=0.5, viscous=0.05)),
+)
+FALLING = tuple(ss.Stribeck(law.mu, 0.3, viscous=law.viscous) for law in LINEAR)
+"""One formula each: two sets of kernels, that others here need too; mixtures are slow tests."""
+
+
 def drawn(
-    seed: int, laws: tuple[ss.FrictionLaw, ...] = FEW_LAWS
+    seed: int, laws: tuple[ss.FrictionLaw, ...] | None = None
 ) -> tuple[ss.Structure, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
-    model = random_structure(rng, laws, shared=True)
+    model = random_structure(rng, laws or (LINEAR, FALLING)[seed % 2], shared=True)
     n = len(model.mass)
     return model, rng.normal(size=n) * 0.5, rng.normal(size=n) * 0.5
 
@@ -52,8 +60,8 @@ def with_law(model: ss.Structure, law: ss.FrictionLaw) -> ss.Structure:
 
 START = [1.0, -0.5], [0.0, 0.5]
 BATCHES = [
-    pytest.param(range(8), FEW_LAWS, id="few laws"),
-    pytest.param(range(8, 40), FEW_LAWS, marks=pytest.mark.slow, id="few laws, more"),
+    pytest.param(range(8), None, id="laws of one formula"),
+    pytest.param(range(40), FEW_LAWS, marks=pytest.mark.slow, id="few laws"),
     *(
         pytest.param(range(k, k + 40), LAWS, marks=pytest.mark.slow, id=f"from {k}")
         for k in range(0, 240, 40)
@@ -81,21 +89,31 @@ def check_against_plain(model: ss.Structure, q: np.ndarray, v: np.ndarray) -> in
 
 @pytest.mark.parametrize(("seeds", "laws"), BATCHES)
 def test_random_structures_move_as_a_plain_integration_says(
-    seeds: range, laws: tuple[ss.FrictionLaw, ...]
+    seeds: range, laws: tuple[ss.FrictionLaw, ...] | None
 ) -> None:
     for seed in seeds:
         check_against_plain(*drawn(seed, laws))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "seed", [pytest.param(seed, marks=[pytest.mark.slow] * (seed > 7)) for seed in range(20)]
+)
 def test_modes_leave_no_choice_where_static_friction_is_kinetic(seed: int) -> None:
     model, q, v = drawn(seed)
     assert check_against_plain(with_law(model, FULL), q, v) == 0
 
 
-@pytest.mark.parametrize("seed", [6, 8, 11, 50])
-def test_tangents_are_the_limits_of_differences(seed: int) -> None:
-    model, q, v = drawn(seed)
+@pytest.mark.parametrize(
+    ("seed", "laws"),
+    [
+        *((seed, None) for seed in (6, 8, 11, 50)),
+        *(pytest.param(seed, FEW_LAWS, marks=pytest.mark.slow) for seed in (6, 8, 11, 50)),
+    ],
+)
+def test_tangents_are_the_limits_of_differences(
+    seed: int, laws: tuple[ss.FrictionLaw, ...] | None
+) -> None:
+    model, q, v = drawn(seed, laws)
     shooter = Shooter(model)
     start = shooter.start(q, v)
     leg = shooter.leg(start, 1000, max_time=2.0)

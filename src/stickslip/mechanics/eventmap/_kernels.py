@@ -298,41 +298,26 @@ def carry_range(
     itinerary: NDArray[np.int8],
     outputs: Outputs,
 ) -> None:
-    """Evaluate the map at rows ``points[start:stop]``; `itinerary`: of the last motion."""
+    """Iterate the map at rows ``points[start:stop]`` into `value` (starts, steps, numbers).
+
+    All else is of the last motion. One kernel for all that Python asks: each that holds `carry`
+    takes as long to compile as that.
+    """
     for i in range(start, stop):
-        if is_nan(points[i]):
-            continue
-        duration, n_events, label, margin, status = carry(
-            system, laws, points[i], scratch, controls, itinerary
-        )
-        outputs.duration[i] = duration
-        outputs.n_events[i] = n_events
-        outputs.label[i] = label
-        outputs.margin[i] = margin
-        outputs.status[i] = status
-        if status == OK:
-            read_point(scratch.section, system, scratch.motion, outputs.value[i])
+        point = points[i]
+        for k in range(outputs.value.shape[1]):
+            if is_nan(point):
+                break
+            duration, n_events, label, margin, status = carry(
+                system, laws, point, scratch, controls, itinerary
+            )
+            outputs.duration[i] = duration
+            outputs.n_events[i] = n_events
+            outputs.label[i] = label
+            outputs.margin[i] = margin
+            outputs.status[i] = status
+            if status != OK:
+                break
+            read_point(scratch.section, system, scratch.motion, outputs.value[i, k])
             read_tangent(scratch.section, system, scratch.motion, outputs.derivative[i])
-
-
-@kernel
-def iterate_range(
-    system: Any,
-    laws: Floats,
-    orbits: Floats,
-    start: int,
-    stop: int,
-    scratch: Scratch,
-    controls: Controls,
-    itinerary: NDArray[np.int8],
-) -> None:
-    """Fill rows ``start..stop`` of `orbits` (starts, steps + 1, numbers) from their starts."""
-    for i in range(start, stop):
-        for k in range(orbits.shape[1] - 1):
-            status = EVENT_LIMIT
-            if not is_nan(orbits[i, k]):
-                _, _, _, _, status = carry(system, laws, orbits[i, k], scratch, controls, itinerary)
-            if status == OK:
-                read_point(scratch.section, system, scratch.motion, orbits[i, k + 1])
-            else:
-                orbits[i, k + 1] = math.nan  # and stays so
+            point = outputs.value[i, k]

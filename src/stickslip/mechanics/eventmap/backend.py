@@ -23,6 +23,8 @@ from stickslip.mechanics.flow.engine import BlockEngine, Engine
 from stickslip.numerics.targets import instantiate, launch
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.mechanics.eventmap.records import Section
     from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
@@ -82,12 +84,9 @@ class ScalarBackend:
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1, ...) from their first entries on."""
         points = orbits.reshape(*orbits.shape[:2], self._dimension)
-
-        def task(start: int, stop: int) -> None:
-            scratch = self.scratch(self.no_directions)
-            self._run(self.kernels.iterate_range, points, start, stop, scratch)
-
-        self.launch_orbits(task, orbits)
+        outputs = self.room(len(points), points.shape[1] - 1)
+        self.launch_orbits(self.task(points[:, 0].copy(), outputs), orbits)
+        points[:, 1:] = outputs.value
 
     def launch_orbits(self, task: Callable[[int, int], None], orbits: Floats) -> None:
         """Run a task over rows of `orbits` in threads."""
@@ -99,14 +98,9 @@ class ScalarBackend:
         length = 64
         while True:
             modes = np.zeros((length, self.model.n_blocks), dtype=np.int8)
-            _, n_events, _, _, _ = self.kernels.carry(
-                self.engine.system,
-                self.engine.laws,
-                np.array(d, ndmin=1),
-                self.scratch(self.no_directions),
-                self.controls,
-                modes,
-            )
+            outputs = self.room(1)
+            self.task(np.array(d, ndmin=2), outputs, itinerary=modes)(0, 1)
+            n_events = int(outputs.n_events[0])
             if n_events < length:
                 return itinerary_text(modes[: n_events + 1])
             length = n_events + 1
@@ -161,41 +155,42 @@ class ScalarBackend:
         count = len(self.engine.columns(directions))
         outputs = new_outputs(d.shape, count)
         rows = (len(d), self._dimension)
-        points = d.reshape(rows)
-        # The same numbers, with an axis for the differences that two blocks have one of.
+        # The same numbers, with axes for steps and for the differences that two blocks have one of.
         told = outputs._replace(
-            value=outputs.value.reshape(rows), derivative=outputs.derivative.reshape(*rows, count)
+            value=outputs.value.reshape(len(d), 1, self._dimension),
+            derivative=outputs.derivative.reshape(*rows, count),
         )
-
-        def task(start: int, stop: int) -> None:
-            scratch = self.scratch(directions, section)
-            scratch.work.watch[0] = float(watch)
-            self._run(self.kernels.carry_range, points, start, stop, scratch, told)
-
+        task = self.task(d.reshape(rows), told, directions, watch, section)
         launch(task, len(d), self.threads, SMALLEST_TILE[self.name])
         return outputs
 
-    def _run(
+    def room(self, n: int, steps: int = 1) -> Outputs:
+        """Room for what n motions of some steps leave, without tangents."""
+        value = np.full((n, steps, self._dimension), np.nan)
+        return new_outputs((n, self._dimension), 0)._replace(value=value)
+
+    def task(
         self,
-        kernel: Callable[..., None],
         points: Floats,
-        start: int,
-        stop: int,
-        scratch: Scratch,
-        *more: Outputs,
-    ) -> None:
-        engine = self.engine
-        kernel(
-            engine.system,
-            engine.laws,
-            points,
-            start,
-            stop,
-            scratch,
-            self.controls,
-            self._no_itinerary,
-            *more,
-        )
+        outputs: Outputs,
+        directions: Any = None,
+        watch: bool = False,
+        section: Section | None = None,
+        itinerary: NDArray[np.int8] | None = None,
+    ) -> Callable[[int, int], None]:
+        """Return what carries ``points[start:stop]``, in any thread."""
+        engine, modes = self.engine, self._no_itinerary if itinerary is None else itinerary
+        ways = self.no_directions if directions is None else directions
+
+        def carry(start: int, stop: int) -> None:
+            scratch = self.scratch(ways, section)
+            scratch.work.watch[0] = float(watch)
+            self.kernels.carry_range(
+                *(engine.system, engine.laws, points, start, stop, scratch, self.controls),
+                *(modes, outputs),
+            )
+
+        return carry
 
 
 def new_scratch(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 import numpy as np
 
 from stickslip.checks import finite_number, shown, whole_number
-from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
+from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import register_model_map
 from stickslip.mechanics.flow.engine import engine_for
@@ -53,10 +53,9 @@ class QuasistaticBackend(ScalarBackend):
         for k, start in enumerate(d.tolist()):
             lead = min(1.0 + (1.0 + 2.0 * alpha) * start, beta)
             first[k] = lead - (1.0 + 2.0 * alpha) * start, lead
-            *_, status = self.kernels.carry_number(
-                engine.system, engine.laws, start, scratch, self.controls, NO_ITINERARY
-            )
-            if status == OK:
+            outputs = self.room(1)
+            self.task(np.array([[start]]), outputs)(0, 1)
+            if outputs.status[0] == OK:
                 last[k] = scratch.motion.e
         return first, last
 

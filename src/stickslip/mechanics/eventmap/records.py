@@ -24,7 +24,10 @@ class Controls(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What a motion leaves, an entry for each start; of n > 2 blocks `value` is (m, n - 1)."""
+    """What a motion leaves, an entry for each start; of n > 2 blocks `value` is (m, n - 1).
+
+    In kernels it is (m, steps, n - 1).
+    """
 
     value: Floats
     derivative: Floats  # (m, columns), (m, n - 1, columns)

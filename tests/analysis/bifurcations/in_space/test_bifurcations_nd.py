@@ -150,7 +150,9 @@ def test_a_jump_at_which_orbits_are_lost():
     assert lost[second].outcome.orbits == "lost at a jump"
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [pytest.param(seed, marks=[pytest.mark.slow] * (seed > 2)) for seed in range(6)]
+)
 def test_random_corners_follow_feigins_rules(seed):
     """Parities of the real multipliers above 1 and below -1 (di Bernardo and others, 2008, 3.3)."""
     rng = np.random.default_rng(seed)

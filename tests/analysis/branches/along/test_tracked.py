@@ -11,6 +11,7 @@ from tests.analysis.known_maps import (
     square_root,
     tent_with_hole,
 )
+from tests.sizes import sizes
 
 from stickslip import Coulomb, TwoBlock, examples
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
@@ -170,10 +171,11 @@ def test_logistic_turning_point_does_not_move():
 
 
 @pytest.mark.parametrize("name", ["alpha", "beta", "V", "mu"])
-def test_borders_of_random_event_maps_agree_with_their_tables(name):
+@pytest.mark.parametrize("n", sizes(4, 10))
+def test_borders_of_random_event_maps_agree_with_their_tables(n, name):
     rng = np.random.default_rng(11)
     compared = 0
-    for _ in range(10):
+    for _ in range(n):
         model = TwoBlock(
             alpha=rng.uniform(0.5, 2), beta=rng.uniform(0.7, 1.6), V=rng.uniform(0.02, 0.1),
             friction=Coulomb(mu=rng.uniform(0.1, 0.6)),
@@ -189,7 +191,7 @@ def test_borders_of_random_event_maps_agree_with_their_tables(name):
             if len(same) == 1:
                 assert_agrees(border.at(g), same[0])
                 compared += 1
-    assert compared > 60
+    assert compared > 6 * n
 
 
 def test_border_followed_there_and_back_is_the_same():
