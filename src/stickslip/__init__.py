@@ -29,7 +29,7 @@ if find_spec("flint") is None:
     __all__ = [
         name
         for name in __all__
-        if name not in ("certify", "certify_basins", "certify_orbits", "enclose")
+        if name not in ("certify", "certify_basins", "certify_entropy", "certify_orbits", "enclose")
     ]
 
     def __dir__() -> list[str]:

@@ -29,7 +29,14 @@ from stickslip.proofs.verify.words import Refused
 DIGITS = 8
 FAST, MANY = 250, 3000  # mutants of each kind
 LONGEST = {"own list": 8}  # of its orbits; the check of longer ones takes minutes
-SLOW = {"list": 30, "border": 30, "lost": 12, "curves": 12, "basins": 15}  # each takes seconds
+SLOW = {
+    "horseshoe": 10,
+    "list": 30,
+    "border": 30,
+    "lost": 12,
+    "curves": 12,
+    "basins": 15,
+}  # each takes seconds
 
 
 def model(**changes):
@@ -43,6 +50,14 @@ def own_map():
         parameters={"a": 0.45, "b": 0.2},
         breakpoints=["b", 0.9],
     )
+
+
+def chaotic():
+    return ss.TwoBlock(alpha=3.007, beta=0.6146, V=0.0199, friction=ss.Coulomb(mu=0.542))
+
+
+def tent():
+    return ss.PiecewiseMap(["a*x", "a*(1 - x)"], (0, 1), parameters={"a": 1.7}, breakpoints=["1/2"])
 
 
 @functools.cache
@@ -72,6 +87,8 @@ def valid(kind):
             model(), along="V", range=("0.0366", "0.0366001"), digits=DIGITS
         ),
         "basins": lambda: ss.certify_basins(model(), 0.1),
+        "horseshoe": lambda: ss.certify_entropy(chaotic(), digits=DIGITS),
+        "own horseshoe": lambda: ss.certify_entropy(tent(), digits=DIGITS),
         "own orbit": lambda: certify_orbit(own_map(), -0.238934, 2, digits=DIGITS),
         "own list": lambda: ss.certify_orbits(own_map(), 3, digits=DIGITS),
     }[kind]()
@@ -80,7 +97,7 @@ def valid(kind):
 
 KINDS = (
     *("orbit", "unstable", "jump", "list", "border", "flip", "fold", "branch"),
-    *("basins", "own orbit", "own list"),
+    *("basins", "horseshoe", "own horseshoe", "own orbit", "own list"),
     # ten seconds each; test_branch.py and test_cover.py change them by hand
     *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("lost", "curves")),
 )
@@ -297,13 +314,35 @@ def is_basins(document):
     return True
 
 
+def is_horseshoe(document):
+    """Coverings and their sums in doubles, and one branch or itinerary at samples."""
+    f = event_map(document)
+    low, high, weight = (
+        np.array([float(row[k]) for row in document["intervals"]]) for k in range(3)
+    )
+    ends = np.column_stack([low, high]).ravel()
+    if (np.diff(ends) <= 0).any() or ends[0] < f.domain[0] or ends[-1] > f.domain[1]:
+        return False
+    below, above = np.sort([f(low), f(high)], axis=0)[:, :, None] + [[[-1e-12]], [[1e-12]]]
+    covers = (below <= low) & (high <= above)
+    words = [
+        {itinerary(f, x) for x in np.linspace(a, b, 7)} for a, b in zip(low, high, strict=True)
+    ]
+    growth = np.exp(float(Fraction(document["entropy"])))
+    return (
+        growth > 1
+        and all(len(each) == 1 for each in words)
+        and bool((covers @ weight >= growth * weight * (1 - 1e-12)).all())
+    )
+
+
 def is_true(document):
     """Whether floating point says what a document says."""
     claim = document["claim"]
     if claim == "orbit":
         return is_orbit(event_map(document), document)
     readings = {"jump": is_jump, "list": is_list, "branch": is_branch}
-    readings |= {"curves": is_curves, "basins": is_basins}
+    readings |= {"curves": is_curves, "basins": is_basins, "horseshoe": is_horseshoe}
     return readings.get(claim, is_bifurcation)(document)
 
 
@@ -324,6 +363,8 @@ def test_the_reading_knows_what_is_true_and_what_is_not(kind):
         "curves": {"branches": document.get("branches", [])[:-1]},
         "basins": {"attractors": [a | {"share": "0.5"} for a in document.get("attractors", [])]},
         "lost": {"lost": [border | {"exists": "above"} for border in document.get("lost", [])]},
+        "horseshoe": {"entropy": "0.65"},
+        "own horseshoe": {"intervals": document.get("intervals", [])[:-1]},
         "own orbit": {"itinerary": ["1", "0"]},
         "own list": {"orbits": document.get("orbits", [])[:-1]},
     }

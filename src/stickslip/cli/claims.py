@@ -36,6 +36,8 @@ stickslip certify --preset coulomb --max-period 1 --json
 stickslip certify --preset coulomb --max-period 1 \\
     --along V --range 0.0366 0.0372
 stickslip certify --preset coulomb --basins 0.99 --out basins.json
+stickslip certify --alpha 3.007 --beta 0.6146 --V 0.0199 --friction coulomb:mu=0.542 \\
+    --entropy 0.6
 """
 
 CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")
@@ -55,6 +57,7 @@ def certify(
     jump: float | None = None,
     max_period: Whole | None = None,
     basins: float | None = None,
+    entropy: float | None = None,
     digits: Whole = 30,
     file: CertificateOptions = CertificateOptions(),
     output: OutputOptions = OutputOptions(),
@@ -89,15 +92,17 @@ def certify(
         Prove the complete list of periodic orbits up to this period.
     basins
         Prove which starts tend to which orbits, for at least this share of the domain.
+    entropy
+        Prove chaos: that the topological entropy of the map is at least this.
     digits
         Significant digits of the enclosures.
     """
     from stickslip.mechanics.model.arguments import two_blocks
     from stickslip.proofs import certify
 
-    asked = [value is not None for value in (orbit, jump, max_period, basins)]
+    asked = [value is not None for value in (orbit, jump, max_period, basins, entropy)]
     if sum(asked) != 1:
-        raise UsageError("give one of --orbit, --jump, --max-period and --basins")
+        raise UsageError("give one of --orbit, --jump, --max-period, --basins and --entropy")
     for option, d in (("--orbit", orbit), ("--jump", jump)):
         if d is not None and not isfinite(d):
             raise UsageError(f"{option} {d}: a finite number is needed")
@@ -107,8 +112,8 @@ def certify(
         raise UsageError("give one of --border, --flip, --fold and --along")
     if varied and orbit is None:
         raise UsageError("--border, --flip, --fold need the orbit: --orbit D --period P")
-    if along and jump is not None:
-        raise UsageError("--along goes with --orbit, --max-period or --basins, not with --jump")
+    if along and (jump is not None or entropy is not None):
+        raise UsageError("--along goes with --orbit, --max-period or --basins alone")
     if (along is None) != (range is None):
         raise UsageError("--along and --range go together: --along V --range 0.0366 0.0372")
     why = "Proofs are about two equal blocks without damping."
@@ -126,6 +131,8 @@ def certify(
             )
         elif basins is not None:
             proof = certify.certify_basins(system, basins, along=along, range=range)
+        elif entropy is not None:
+            proof = certify.certify_entropy(system, entropy)
         elif orbit is not None and along and range:
             proof = certify.certify_branch(system, orbit, period, along, range, digits=digits)
         elif orbit is not None and varied:

@@ -23,6 +23,7 @@ from stickslip.proofs.branch import Tube
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import Endless, Survey
 from stickslip.proofs.formulas import FormulaMap, formula_map_values
+from stickslip.proofs.horseshoe import partition, proven_horseshoe, snap_back
 from stickslip.proofs.jet import outward, precision, variables
 from stickslip.proofs.jump import proven_border, proven_jump
 from stickslip.proofs.newton import NoZero
@@ -377,6 +378,63 @@ def certify_basins(
         return found.entries()
 
     return _proof("basins", prove, stated, digits, factors=(1,))
+
+
+@suggests
+def certify_entropy(
+    model: TwoBlock | PiecewiseMap,
+    at_least: float = 0.0,
+    *,
+    digits: int = 12,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove chaos: intervals that the map takes over one another, and the entropy they force.
+
+    Parameters
+    ----------
+    model, exact
+        As for `certify`; also a map of one's own by formulas. Under law (9) tiny intervals along an
+        orbit that leaves an unstable fixed point and returns force some entropy, far from all.
+    at_least : float, optional
+        The entropy that is asked for, in natural units: log 2 of a map that doubles.
+    digits : int, optional
+        Significant digits that are computed with.
+
+    Returns
+    -------
+    Certificate
+        Its document holds the entropy and the intervals. Not proven if it is less than asked for.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range.
+
+    Notes
+    -----
+    The entropy counts the orbits that can be told apart, those of a transient too: positive
+    entropy does not say that an attractor is chaotic.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> tent = ss.PiecewiseMap(["1.7*x", "1.7*(1 - x)"], (0, 1), breakpoints=[0.5])
+    >>> ss.certify_entropy(tent, at_least=0.53).document["entropy"]  # log(1.7) = 0.530628
+    '0.530458'
+    """
+    at_least = finite_number("at_least", at_least, at_least=0.0)
+    values, digits, _ = _checked(model, digits, exact, own=True)
+    f = model if isinstance(model, PiecewiseMap) else model.as_map()
+    wide = "branches" in values or law_of(values) is Constant  # intervals can be enclosed
+
+    def prove() -> dict[str, Any]:
+        intervals = partition(f) if wide else snap_back(f)
+        entries = proven_horseshoe(_setting(values), intervals)
+        if float(entries["entropy"]) < at_least:
+            raise Undecided(f"only an entropy of {entries['entropy']} is shown")
+        return entries
+
+    return _proof("horseshoe", prove, values, digits, factors=(1,))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

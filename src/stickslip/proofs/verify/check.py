@@ -13,6 +13,7 @@ from stickslip.proofs.verify.branch import check_branch, in_tube
 from stickslip.proofs.verify.cover import check_basins, check_curves
 from stickslip.proofs.verify.falling import FallingMotion
 from stickslip.proofs.verify.formulas import FormulaMotion
+from stickslip.proofs.verify.horseshoe import check_horseshoe
 from stickslip.proofs.verify.motion import Motion
 from stickslip.proofs.verify.words import (
     Basins,
@@ -24,6 +25,7 @@ from stickslip.proofs.verify.words import (
     Flip,
     Fold,
     Formulas,
+    Horseshoe,
     Jump,
     List,
     Orbit,
@@ -458,6 +460,9 @@ def check(document: Any) -> Certificate | CertificateOfFormulas:
                 ctx.prec = WIDE_BITS
                 varied = _names(c.theorem.parameter) if c.theorem.parameter else ()
                 check_basins(c.system, varied, c.theorem)
+            case Horseshoe():
+                ctx.prec = WIDE_BITS
+                check_horseshoe(_motion(c.system), c.theorem)
             case Fold():
                 _fold(c.system, c.theorem, c.digits)
             case Flip():

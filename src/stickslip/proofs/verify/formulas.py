@@ -238,6 +238,10 @@ class FormulaMotion:
                 raise Refused(f"{node.value} is not given")
         return nodes
 
+    def inside(self, x: arb) -> bool:
+        """Whether a ball is proven to lie in the domain."""
+        return bool(self.domain[0] <= x <= self.domain[1])
+
     def boxes(self, n: int) -> list[arb]:
         """Cut the domain into intervals that overlap."""
         low, high = self.domain
@@ -257,7 +261,7 @@ class FormulaMotion:
 
     def step(self, x: arb) -> tuple[str, arb, arb]:
         """Return the one outcome from a ball; the value by the mean value theorem."""
-        if not self.domain[0] <= x <= self.domain[1]:
+        if not self.inside(x):
             raise Refused(f"x = {x.str(12)} may be outside of the domain")
         for k, (left, right) in enumerate(pairwise(self.ends)):
             if left <= x < right:

@@ -136,6 +136,10 @@ class Motion:
         """Where the domain ends."""
         return (1 + self.limits[1]) / (1 + 2 * self.alpha)
 
+    def inside(self, d: arb) -> bool:
+        """Whether a ball is proven to lie in the domain."""
+        return bool(-self.end <= d <= self.end)
+
     def boxes(self, n: int) -> list[arb]:
         """Cut the domain into intervals that overlap."""
         return [self.end * arb(k, 1) / n for k in range(1 - n, n, 2)]

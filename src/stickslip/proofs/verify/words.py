@@ -19,6 +19,8 @@ LONGEST_PERIOD: Final = 1000  # of an orbit
 LONGEST_LISTED: Final = 32  # of a complete list, whose work grows like a power of the period
 LONGEST_REASON: Final = 500
 MOST_CELLS: Final = 100_000
+MOST_INTERVALS: Final = 2000  # of a horseshoe
+HEAVIEST: Final = 10**18  # weight of one
 
 # Numbers are short, so that no text can ask for endless work. (\Z: $ also stands before "\n".)
 Exact = Annotated[str, Meta(pattern=r"^\d{1,1100}([./]\d{1,1100})?\Z")]
@@ -354,7 +356,37 @@ class Basins(_Theorem, tag="basins", frozen=True, kw_only=True):
         )
 
 
-Theorem: TypeAlias = Orbit | Jump | Border | Fold | Flip | List | Branch | Curves | Basins
+class Horseshoe(_Theorem, tag="horseshoe", frozen=True, kw_only=True):
+    """Intervals that the map takes over one another."""
+
+    entropy: Place
+    intervals: Annotated[
+        list[tuple[Place, Place, Annotated[int, Meta(ge=1, le=HEAVIEST)]]],  # ends and a weight
+        Meta(min_length=1, max_length=MOST_INTERVALS),
+    ]
+
+    def __post_init__(self) -> None:
+        """Refuse what no horseshoe is."""
+        if not fraction(self.entropy) > 0:
+            raise ValueError("the entropy is not positive")
+
+    def words(self, of: str = "event map", x: str = "d") -> str:
+        """Return the theorem, of a map of points that are named so."""
+        (low, *_), (_, high, _) = self.intervals[0], self.intervals[-1]
+        return (
+            f"The {of} f is continuous on each of {len(self.intervals)} disjoint closed intervals "
+            f"from {x} = {low} to {high}. Say that one of them covers another if this lies between "
+            "the values of f at its ends. Along each sequence of intervals, of which each covers "
+            "the next, there is an orbit; along each that closes after n steps there is one with "
+            "f^n(x) = x. The number of such sequences of n steps is at least c exp(h n) with "
+            f"c > 0 and h = {self.entropy}, and so is that of orbits told apart after n steps: the "
+            f"topological entropy of f is at least {self.entropy}."
+        )
+
+
+Theorem: TypeAlias = (
+    Orbit | Jump | Border | Fold | Flip | List | Branch | Curves | Basins | Horseshoe
+)
 
 
 class _Certificate(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -413,7 +445,7 @@ class CertificateOfFormulas(_Certificate, frozen=True, kw_only=True):
     """A theorem about a map by formulas: the itinerary numbers its branches from 0."""
 
     system: Formulas
-    theorem: Orbit | List
+    theorem: Orbit | List | Horseshoe
     remark: ClassVar = ""
 
     def statement(self) -> str:
