@@ -293,13 +293,13 @@ class Counted:
         return self.f.evaluate(x)
 
 
-@pytest.mark.parametrize(("r", "most"), [(3.5, 1000), (3.6, 1000), (3.7, 1000), (3.84, 1000)])
-def test_few_evaluations_are_enough(r, most):
+@pytest.mark.parametrize("r", [3.0, 3.5, 3.6, 3.7, 3.84])  # a flip: one neutral cycle alone
+def test_few_evaluations_are_enough(r):
     f = Counted(logistic(r))
     table = branch_table(f)
     f.count = 0
     attractors_of(f, table)
-    assert f.count < most
+    assert f.count < 1000
 
 
 def test_table_and_orbits_at_hand_are_used():

@@ -234,6 +234,25 @@ def test_a_stable_orbit_that_leaves_a_window_is_accounted_for_by_its_end():
     assert not found.unresolved
 
 
+DOUBLES = 1 + np.sqrt(6)  # where the cycle of period 2 of the logistic map does
+
+
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [
+        ((3.0, 3.3), [(3.0, 1)]),
+        ((2.9, 3.0), [(3.0, 1)]),
+        ((2.9, DOUBLES), [(3.0, 1), (DOUBLES, 2)]),
+    ],
+)
+def test_a_range_may_begin_or_end_on_a_bifurcation(ends, expected):
+    found = bifurcations(LOGISTIC, "r", ends, max_period=2)
+    assert_same(found, expected)
+    assert not found.unresolved
+    assert all(ends[0] <= q <= ends[1] for q in found.looks)
+    assert all(item.hi <= ends[1] for item in found.outside)
+
+
 def test_attractors_beyond_the_longest_period_are_told():
     found = bifurcations(LOGISTIC, "r", (3.3, 3.56), max_period=2)
     told = [(item.lo, item.hi) for item in found.outside]

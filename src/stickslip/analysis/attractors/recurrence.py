@@ -214,6 +214,10 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
         same = (sample(f, orbits[:, :-1]).label == word).all(axis=1)
         return np.asarray(same & (np.abs(orbits[:, -1] - x) <= scale))
 
+    # Most neutral cycles are alone: two points tell, where a family would hold one of them.
+    beside = cycle.points[0] + 0.5 * FAMILY * (high - low) * np.array([-1.0, 1.0])
+    if not stay(np.clip(beside, low, high)).any():
+        return None
     ends = []
     for end in (low, high):
         way = cycle.points[0] + np.linspace(0.0, 1.0, LOOKED_AT) * (end - cycle.points[0])

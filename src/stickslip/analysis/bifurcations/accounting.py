@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Any, Final, Protocol, TypeAlias
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
+from stickslip.analysis.bifurcations.scan.events import in_the_middle
 
 SHOWN: Final = 3  # periods in a sentence
 
@@ -59,7 +60,9 @@ def accounted(
     values = sorted(value for value in listed if not math.isnan(value))
     unresolved: list[UnresolvedChange] = []
     parts: list[Part] = []  # where attractors are not asked for
-    seen = sorted(((look.value, _sorts_of(look)) for look in looks), key=lambda item: item[0])
+    # A look in the very middle of an event, as at an end of the range, shows neither side.
+    apart = (look for look in looks if not in_the_middle(look.value, values))
+    seen = sorted(((look.value, _sorts_of(look)) for look in apart), key=lambda item: item[0])
     for (p, here), (q, there) in pairwise(seen):
         between = values[bisect(values, p) : bisect(values, q)]
         if not between and _differ(here, there, max_period):

@@ -28,6 +28,7 @@ from stickslip.analysis.bifurcations.explain import (
 )
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
+from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.tracked import (
@@ -57,7 +58,6 @@ HALF: Final = 0.5  # share of the work that the survey is, roughly
 BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at, at most
 NEARER: Final = 1 / 64  # of that, where theory foretells what is not seen there
 LAST_FLIP: Final = 5  # of a cascade: as far beyond its accumulation attractors are looked at
-SAME_VALUE: Final = 1e-11  # of the range, beside its error: a crisis is part of another event
 
 
 @suggests
@@ -244,7 +244,8 @@ class _Report:
         ends = [end for curve in curves for end in curve.ends]
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
         listed = [*self.values, *self.accumulations, *left]
-        unexplained, outside = accounted(self.looks.values(), listed, survey.max_period)
+        looks = [look for q, look in sorted(self.looks.items()) if survey.lo <= q <= survey.hi]
+        unexplained, outside = accounted(looks, listed, survey.max_period)
         self.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         chains = [
@@ -264,7 +265,7 @@ class _Report:
             unresolved=tuple(sorted([*self.unresolved, *unexplained], key=lambda item: item.lo)),
             outside=tuple(outside),
             n_lists=survey.n_nodes,
-            looks=tuple(sorted(self.looks)),
+            looks=tuple(look.value for look in looks),
         )
 
     def part(self, part: Callable[[], T], what: str, *at: float) -> T | None:

@@ -20,7 +20,7 @@ from stickslip.analysis.bifurcations.border_collision.classification import (
 )
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
-from stickslip.analysis.bifurcations.scan.events import coefficients_at
+from stickslip.analysis.bifurcations.scan.events import coefficients_at, in_the_middle
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
 
 if TYPE_CHECKING:
@@ -54,7 +54,9 @@ def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange
         if event.kind == "flip":
             before |= _parent(event, span.left)
             after |= _parent(event, span.right)
-        if not _adds_up(
+        # A list in the very middle of an event, at an end of the range, shows neither side.
+        middle = any(in_the_middle(node.q, [event.value]) for node in (span.left, span.right))
+        if not middle and not _adds_up(
             event,
             [span.left.orbits[k].period for k in gone],
             [span.right.orbits[k].period for k in new],

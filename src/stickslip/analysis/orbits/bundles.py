@@ -69,10 +69,13 @@ class OrbitBundle:
     def repeats(self, slack: ArrayLike) -> NDArray[np.bool_]:
         """Tell which orbits repeat, up to a slack, after a divisor of their period; shape (k,)."""
         found = np.zeros(len(self), dtype=bool)
-        columns = np.arange(self.points.shape[1])
+        columns, slack = np.arange(self.points.shape[1]), np.broadcast_to(slack, self.points.shape)
         for q in range(1, self.points.shape[1] // 2 + 1):
-            later = np.take_along_axis(self.points, (columns + q) % self.periods[:, None], axis=1)
-            with np.errstate(invalid="ignore"):
-                same = (np.abs(later - self.points) <= slack) | ~self.used
-            found |= same.all(axis=1) & (self.periods % q == 0) & (self.periods > q)
+            rows = np.flatnonzero((self.periods % q == 0) & (self.periods > q))
+            if rows.size:
+                points, periods = self.points[rows], self.periods[rows, None]
+                later = np.take_along_axis(points, (columns + q) % periods, axis=1)
+                with np.errstate(invalid="ignore"):
+                    same = (np.abs(later - points) <= slack[rows]) | (columns >= periods)
+                found[rows] |= same.all(axis=1)
         return found

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, sample
+from stickslip.analysis.orbits._kernels import cyclic_rows
 from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.orbit import orbit_of
 
@@ -195,46 +196,15 @@ def turned(points: Floats, near: Floats) -> Floats:
 
 
 def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:
-    """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row, for many rows of their own lengths."""
-    # The solution is never divided by what should be large; not finite where the slopes' product
-    # is 1.
+    """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row, for many rows of their own lengths.
+
+    Not finite where the slopes' product is 1.
+    """
     used = np.arange(slopes.shape[1]) < periods[:, None]
-    # Beyond the period y is handed on unchanged.
-    s = np.where(used, slopes, 1.0)
-    b = np.where(used, right, 0.0)
-    y = np.empty_like(s)
+    y: Floats = np.empty(slopes.shape)
     with np.errstate(all="ignore"):
-        forwards = np.abs(s.prod(axis=1)) <= 1
-        y[forwards] = _solve_forwards(s[forwards], b[forwards])
-        y[~forwards] = _solve_backwards(s[~forwards], b[~forwards])
-    return y
-
-
-def _solve_forwards(s: Floats, b: Floats) -> Floats:
-    """Start each row where going round once with y_(i+1) = s_i y_i - b_i leads back."""
-    columns = range(s.shape[1])
-    end = np.zeros(len(s))
-    for j in columns:
-        end = s[:, j] * end - b[:, j]
-    y = np.empty_like(s)
-    now = end / (1 - s.prod(axis=1))
-    for j in columns:
-        y[:, j] = now
-        now = s[:, j] * now - b[:, j]
-    return y
-
-
-def _solve_backwards(s: Floats, b: Floats) -> Floats:
-    """Go round the other way, y_i = (y_(i+1) + b_i) / s_i."""
-    columns = range(s.shape[1] - 1, -1, -1)
-    end = np.zeros(len(s))
-    for j in columns:
-        end = (end + b[:, j]) / s[:, j]
-    y = np.empty_like(s)
-    now = end / (1 - 1 / s.prod(axis=1))
-    for j in columns:
-        now = (now + b[:, j]) / s[:, j]
-        y[:, j] = now
+        # Beyond the period y is handed on unchanged.
+        cyclic_rows(np.where(used, slopes, 1.0), np.where(used, right, 0.0), y)
     return y
 
 

@@ -145,6 +145,24 @@ def test_crisis_at_the_very_beginning_of_the_range():
     assert event.attractors_before == ()
 
 
+def test_events_far_closer_to_one_value_than_to_the_other_are_all_found():
+    # Chaos in 24 bands at the lower value merges thrice, and dies within an eightieth of the way.
+    a, b, c, d = -0.8995624615461084, 0.29289089534799806, -0.7510073465726459, -1.973822566579974
+    f = PiecewiseMap(
+        lambda x, m: m + a * x + b * x**2 + c * x**3 + d * x**4, (-1.5, 1.5), parameters={"m": 0.5}
+    )
+    events = found(
+        lambda m: f.replace(m=m), [0.15520677973426847, 0.17364651783043075], max_period=3
+    )
+    assert [event.kind for event in events] == 3 * ["band_merging"] + ["boundary_crisis"]
+    assert [event.attractor.period for event in events] == [24, 12, 6, 3]
+    # By iteration: chaos stays chaos below the last value, above it orbits come to rest.
+    end, start = events[-1].value, events[-1].attractor.point
+    for m, rests in ((end - 1e-5, False), (end + 2e-4, True)):
+        x = f.replace(m=m).iterate(start, 5000)[-3:]
+        assert (np.ptp(x) < 1e-9) == rests
+
+
 # --- nothing to report ------------------------------------------------------------------------
 
 

@@ -160,6 +160,9 @@ def solve(condition: Condition, at: MapAt, low: float, high: float) -> Located:
             raise
         g(high)
         g(low)
+    for end in (low, high):
+        if g.is_zero(end):
+            return g.located(end, SPAN * (high - low))
     if g(low) * g(high) > 0:
         raise ValueError(
             f"the test function has the values {g(low):.6g} at {low:.12g} and {g(high):.6g} at "

@@ -182,9 +182,10 @@ class _Search:
             below, above = event.sides
             self.keep(event)
             for twin in changes(below, above):
-                same = self._event(twin, BESIDE * width)
-                if same is not None:
-                    self.keep(same)
+                if partner_of(twin.attractor, [event.attractor]) is None:
+                    same = self._event(twin, BESIDE * width)
+                    if same is not None:
+                        self.keep(same)
             if change.start is left:
                 self._wait(above, right)
             else:
@@ -231,7 +232,10 @@ class _Search:
             if located is None or any(abs(located.value - r.value) <= r.error for r in refuted):
                 continue
             upwards = start.value < stop.value
-            event = self._confirmed(located, change.attractor, upwards, beside)
+            # Beyond the start the attractor need not be this one.
+            room = 0.5 * min(abs(located.value - end.value) for end in (start, stop))
+            aside = min(beside, room / max(NUDGES))
+            event = self._confirmed(located, change.attractor, upwards, aside)
             if event is not None:
                 return event
             refuted.append(located)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect, bisect_left
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
@@ -27,7 +28,7 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.newton import turned
+from stickslip.analysis.orbits.newton import EPS, turned
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,10 +40,10 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-EPS: Final = float(np.finfo(np.float64).eps)
 CLOSED: Final = 64.0  # roundings: f^p(x) - x so small is zero
 TOUCHES: Final = 1e-4  # of the values allowed: how far a crossing is from where a fold seems to be
 SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
+ROUNDING: Final = 4.0  # ulp: a value this close to an event is the event's
 SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
 REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
 CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
@@ -100,6 +101,12 @@ class Event:
         first, second = self.points, other.points
         gaps = np.abs(first[:, None] - second[None, :])
         return bool(gaps.min() <= SAME_PLACE * width)
+
+
+def in_the_middle(value: float, listed: list[float]) -> bool:
+    """Tell whether a value is that of an event, listed in ascending order, to rounding."""
+    slack = ROUNDING * math.ulp(value)
+    return bisect_left(listed, value - slack) < bisect(listed, value + slack)
 
 
 def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Event | None:
@@ -213,6 +220,7 @@ def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
 def flips_on(piece: Piece) -> list[Suspect]:
     """Suspect a flip wherever the multiplier passes -1 along an orbit."""
     test = piece.multipliers + 1
+    test[np.abs(test) <= CLOSED * EPS] = 0.0  # as where the range ends at the flip
     found = []
     for k in np.flatnonzero(test[:-1] * test[1:] <= 0):
         if test[k] == 0 and k > 0:

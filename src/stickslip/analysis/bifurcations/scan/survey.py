@@ -16,6 +16,7 @@ from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attemp
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
 from stickslip.analysis.bifurcations.scan.events import (
+    SAME_VALUE,
     Event,
     flips_on,
     located,
@@ -373,7 +374,7 @@ class Survey:
         for event in sorted(fresh, key=lambda item: item.value):
             if groups:
                 last = groups[-1][-1]
-                slack = 8 * (last.located.error + event.located.error) + 1e-11 * self.scale
+                slack = 8 * (last.located.error + event.located.error) + SAME_VALUE * self.scale
                 if event.value - last.value <= slack:
                     groups[-1].append(event)
                     continue
