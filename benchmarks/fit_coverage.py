@@ -1,7 +1,8 @@
 """How often intervals hold the true parameters: fits of synthetic records, again and again.
 
 ``python -m benchmarks.fit_coverage oscillator 'coulomb map' law9 'law9 slips' --n 100``. Each
-has noise of its own, 1 per cent of the scatter, and starts up to 30 per cent off.
+has noise of its own, 1 per cent of the scatter, and starts up to 30 per cent off. `--linear` counts
+what linear theory alone makes of the same noise, of records of displacements.
 """
 
 from __future__ import annotations
@@ -141,6 +142,33 @@ def repeat(case: Case, n: int, off: float, seed: int) -> dict[str, Any]:
     }
 
 
+class Silent:
+    """Noise of none."""
+
+    @staticmethod
+    def normal(scale: float, size: tuple[int, ...]) -> Any:
+        """Draw nothing."""
+        return np.zeros(size)
+
+
+def linear(case: Case, n: int, seed: int) -> dict[str, Any]:
+    """Count intervals that hold the truth by the derivatives at it, with the noise of `repeat`."""
+    exact = case.measure(case.model, Silent())  # type: ignore[arg-type]
+    (start,) = ss.fit(case.model, exact, case.parameters).starts
+    x, v = np.split(start[: 2 * len(case.model.plant.mass)], 2)
+    motion = ss.simulate(case.model, x, v, t_end=float(exact.t[-1]))
+    slopes = motion.derivative(*case.parameters, "x0", "v0").x(exact.t)
+    inverse = np.linalg.pinv(slopes.reshape(exact.x.size, -1) / exact.sigma)[: len(case.parameters)]
+    records = (case.measure(case.model, np.random.default_rng([seed, k])) for k in range(n))
+    off = np.array([inverse @ (each.x - exact.x).ravel() / each.sigma for each in records])
+    errors = off / np.linalg.norm(inverse, axis=1)
+    return {
+        "inside": np.sum(np.abs(errors) < 1.96, axis=0).tolist(),
+        "errors, in standard errors": np.sqrt(np.mean(errors**2, axis=0)).round(2).tolist(),
+        "of": n,
+    }
+
+
 def main() -> None:
     """Print the counts of the cases asked for: from the truth, and from starts that are off."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -148,8 +176,12 @@ def main() -> None:
     parser.add_argument("--n", type=int, default=100)
     parser.add_argument("--off", type=float, nargs="*", default=[0.0, OFF])
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--linear", action="store_true")
     asked = parser.parse_args()
     for name in asked.cases:
+        if asked.linear:
+            print(f"{name}, by linear theory: {linear(CASES[name], asked.n, asked.seed)}")
+            continue
         for off in asked.off:
             told = repeat(CASES[name], asked.n, off, asked.seed)
             print(f"{name}, starts {off:.0%} off: {told}", flush=True)

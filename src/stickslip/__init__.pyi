@@ -22,6 +22,7 @@ from .analysis.orbits.periodic import periodic_orbits as periodic_orbits
 from .analysis.safety.safety import safety as safety
 from .app.widget import explore as explore
 from .following import follow as follow
+from .identification.comparison import compare_fits as compare_fits
 from .identification.data import CyclePeriods as CyclePeriods
 from .identification.data import EventTimes as EventTimes
 from .identification.data import ForcePoints as ForcePoints

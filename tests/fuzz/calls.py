@@ -386,6 +386,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
         "parameters": ["gamma"],
         "max_evaluations": 5,
     },
+    "compare_fits": {"fits": lambda: {"a": force_fit(), "b": force_fit()}, "left_out": False},
     "propagate": {
         "system": logistic,
         "draws": {"r": [3.1, 3.2]},

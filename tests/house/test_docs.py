@@ -51,8 +51,9 @@ def test_every_tutorial_and_picture_has_its_place_in_the_order_of_reading():
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
 def test_the_python_of_a_page_runs(page, elsewhere):
-    if page.name == "jax.md":
-        pytest.importorskip("jax", reason="the extra jax is not installed")
+    needed = {"jax.md": "jax", "pytorch.md": "torch"}.get(page.name)
+    if needed:
+        pytest.importorskip(needed, reason=f"{needed} is not installed")
     ss.write_model(ss.examples.coulomb(), elsewhere / "coulomb.toml")
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     exec(compile("\n".join(map(small, blocks)), page.name, "exec"), {})

@@ -247,7 +247,7 @@ def test_data_that_do_not_belong_to_the_model_are_refused() -> None:
         (BLOCK, ss.Record(T, good.x, blocks=(2,)), ["mu"], "block 2 is not one"),
         (BLOCK, ss.MapPoints([0.1], [0.2]), ["mu"], "two blocks"),
         (BLOCK, good, ["sped"], "Did you mean 'speed'"),
-        (BLOCK, good, [], "each once"),
+        (BLOCK, good, ["mu", "mu"], "each once"),
         (BLOCK, [], ["mu"], "data = "),
         (BLOCK, ss.ForcePoints([0.1], [0.5]), ["mu", "speed"], "1 data cannot tell 2 unknowns"),
         (BLOCK, ss.Record(T[:5], np.asarray(good.x)[:5]), ["mu", "speed", "damping"],

@@ -70,7 +70,7 @@ def test_columns_tell_what_was_measured(tmp_path: Path, text: str, kind: type) -
     [
         (RECORD.replace("3,2", "3;2"), None, "line 5 has 1 cells, and there are 2 columns"),
         (RECORD.replace("3,2", "3,two"), None, "line 5, column 'x': 'two' is not a number"),
-        (RECORD.replace("3,2", "3,"), None, "line 5, column 'x': '' is not a number"),
+        (RECORD.replace("3,2", "3,"), None, "line 5, column 'x' is empty"),
         (RECORD.replace("3,2", "3,nan"), None, "line 5, column 'x': nan is not a finite"),
         (RECORD.replace("\n1,2\n2,3", "\n2,3\n1,2"), None, "times must ascend"),
         (RECORD.replace("3,2\n4,1\n", ""), None, "needs at least 5"),
@@ -103,3 +103,32 @@ def test_an_argument_of_another_kind_of_data_is_named(tmp_path: Path) -> None:
     path = written(tmp_path, "speed,force\n0.1,0.9\n0.2,0.8\n")
     with pytest.raises(ValueError, match=r"'sigma_v' is nothing of ForcePoints.*'sigma'"):
         ss.read_measurements(path, sigma_v=0.1)
+
+
+def test_a_measured_stroke_tells_its_friction_and_that_the_form_is_another() -> None:
+    # A pin rides on a stage that begins its way back, then slides: force over time, as published.
+    path = Path(__file__).parent / "stroke.csv"
+    assert "MIT License" in path.read_text(encoding="utf-8")
+    units = ss.Units(m=1e-4, k=1.0, fs1=2.4e6)  # micronewtons: of the spring its force is told
+    record = ss.read_measurements(path, {"t": "Time [s]", "x": "Friction [uN]"}, units=units)
+    normal, position = np.loadtxt(path, comments="#", skiprows=len(notes(path)) + 1).T[1:3]
+    pin = ss.Oscillator(V=0.03, friction=ss.Coulomb(mu=0.9), damping=2.0)
+    found = ss.fit(pin, record, ["V", "mu"], pieces=1)
+    sliding = found.values[1] * units.scale("force") / normal.mean()
+    plateau = np.asarray(record.x)[-60:].mean() * units.scale("force") / normal.mean()
+    assert sliding == pytest.approx(plateau, rel=0.01)
+    assert 0.45 < sliding < 0.48
+    speed = -np.polyfit(record.t, position, 1)[0] / units.scale("time")  # mm/s
+    stiffness = found.values[0] * units.scale("velocity") / speed * 1e-6  # N/mm
+    assert 35.0 < stiffness < 45.0
+    assert "has another form" in found.message  # it gives way before it slides
+    stribeck = pin.replace(friction=ss.Stribeck(mu=0.9, speed=0.05))
+    other = ss.fit(stribeck, record, ["V", "mu", "speed"], pieces=1)
+    ranked = ss.compare_fits([found, other])
+    assert ranked.law[0] == "coulomb"  # one speed tells of no fall with speed
+    assert ranked.aic_rise[1] == pytest.approx(2.0, abs=0.1)
+
+
+def notes(path: Path) -> list[str]:
+    """Lines of a file that are none of data."""
+    return [line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("#")]

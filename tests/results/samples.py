@@ -144,6 +144,10 @@ class Samples:
         x = ss.simulate(BLOCK, [0.3], [0.1], t_end=20).x(t)
         return ss.fit(BLOCK, ss.Record(t, x + 1e-3 * np.sin(9 * t)[:, None]), ["gamma"])
 
+    def make_Comparison(self):
+        other = BLOCK.replace(friction=ss.Coulomb(mu=0.5))
+        return ss.compare_fits([self["Fit"], ss.fit(other, self["Fit"].data, ["mu"])])
+
     def make_Propagated(self):
         return ss.propagate(COULOMB, {"V": [0.0366, 0.0372]}, lambda model: model.V)
 

@@ -214,11 +214,20 @@ class Fit(Result):
             return np.asarray(self.covariance / np.outer(errors, errors))
 
     @property
+    def n_unknowns(self) -> int:
+        """Number of parameters and numbers of starts that were estimated."""
+        n_priors = int(np.isfinite(self.priors[:, 0]).sum())
+        return len(self.residuals) + n_priors - self.n_free
+
+    @property
     def aic(self) -> float:
-        """Akaike's criterion, to compare laws on the same data: less is better."""
+        """Akaike's criterion, to compare laws on the same data: less is better.
+
+        What was known besides (`priors`) counts as data. `stickslip.compare_fits` compares several.
+        """
         n = len(self.residuals)
         misfit = self.chi2 if self.scale == 1.0 else n * float(np.log(self.chi2 / n))
-        return misfit + 2.0 * (n - self.n_free)
+        return misfit + self._misfit(self.values) + 2.0 * self.n_unknowns
 
     def predict(self, quantity: Callable[[Model], Any]) -> Prediction:
         """Carry the errors of the estimates to a quantity of the model.
@@ -366,20 +375,31 @@ class Fit(Result):
 
     def _held(self, k: int, value: float, error: float) -> Fit:
         """Fit again from here, with a parameter that is all but known."""
+        name = self.parameters[k]
+        data = [self._started(*each) for each in zip(self.data, self.starts, strict=True)]
+        again = self._again(data, {name: (value, error)}, self.model.replace(**{name: value}))
+        return replace(again, bounds=self.bounds, priors=self.priors)
+
+    def _again(
+        self,
+        data: Sequence[Data],
+        held: Mapping[str, tuple[float, float]] | None = None,
+        model: Model | None = None,
+    ) -> Fit:
+        """Fit again from here, in as many pieces: other data, or what is held besides."""
         known = dict(zip(self.parameters, self.priors, strict=True))
         priors = {name: tuple(pair) for name, pair in known.items() if np.isfinite(pair[0])}
         bounds = dict(zip(self.parameters, self.bounds, strict=True))
-        name = self.parameters[k]
-        again = fit(
-            self.model.replace(**{name: value}),
-            [self._started(*each) for each in zip(self.data, self.starts, strict=True)],
+        return fit(
+            self.model if model is None else model,
+            data,
             self.parameters,
             bounds={name: tuple(ends) for name, ends in bounds.items() if np.isfinite(ends).all()},
-            priors={**priors, name: (value, error)},
+            priors={**priors, **(held or {})},
             pieces=self.pieces,
+            loss=self.loss,
             check_units=False,
         )
-        return replace(again, bounds=self.bounds, priors=self.priors)
 
     def _started(self, data: Data, start: Floats) -> Data:
         """Give data the start that was estimated, as a guess."""
@@ -404,7 +424,7 @@ class Fit(Result):
     def __repr__(self) -> str:
         """Headline, estimates, data."""
         lines = [f"Fit: {self.message}, {self.misfit_in_words}"]
-        width = max(map(len, self.parameters))
+        width = max(map(len, self.parameters), default=0)
         lines += [
             f"  {name:{width}s} = {value:.8g} +- {error:.2g}"
             for name, value, error in zip(
@@ -447,7 +467,7 @@ def fit(
         Its parameters are where the search starts; those not listed stay.
     data : Record, EventTimes, MapPoints, ForcePoints or CyclePeriods, or several of them
     parameters : sequence of str
-        Names among ``model.parameters``.
+        Names among ``model.parameters``; none to compare a model as it is.
     bounds : mapping of str to (lo, hi), optional
         Ranges of parameters. Without, those that the model allows.
     priors : mapping of str to (mean, standard error), optional
@@ -807,7 +827,7 @@ def _names(model: Model, parameters: Any) -> tuple[str, ...]:
         [parameters] if isinstance(parameters, str) or not np.iterable(parameters) else parameters
     )
     names = tuple(checked_parameter("parameters", model, name) for name in listed)
-    if not names or len(set(names)) < len(names):
+    if len(set(names)) < len(names):
         raise ValueError(f"parameters = {shown(parameters)}: names are needed, each once.")
     return names
 
@@ -910,7 +930,7 @@ def _result(
         fitted=tuple(each.fitted for each in stage.answers),
         pieces=max(term.n_pieces for term in problem.terms),
         bounds=np.column_stack(ranges),
-        priors=np.array(known),
+        priors=np.reshape(known, (n, 2)),
         loss=loss,
     )
     reach = found._reach * errors

@@ -182,10 +182,12 @@ def _kind(found: Mapping[str, list[str]], header: list[str]) -> tuple[type[Any],
         if all(found[name] for name in needed) and (there or not some):
             return kind, [*needed, *there]
     needs = "t with x or v; speed with force; d with value; V with period; or times"
-    near = next((told for name in header if (told := closest(name, list(NAMES)))), "")
+    known = [name for name in NAMES if name != "times"]  # "time" is that of a record
+    near = next((told for name in header if (told := closest(name, known))), "")
     raise ValueError(
         f"the columns are {', '.join(map(shown, header))}: {needs} is needed. Rename columns, or "
-        f'say which they are: columns={{"t": {header[0]!r}, ...}}. {near}'.rstrip()
+        f'say which they are: columns={{"t": {header[0]!r}, ...}} (--columns "t={header[0]}" ...). '
+        f"{near}".rstrip()
     )
 
 
@@ -209,6 +211,10 @@ def _numbers(header: list[str], rows: list[tuple[int, list[str]]], names: list[s
     for target, (number, row) in zip(out, rows, strict=True):
         for k, place in enumerate(places):
             value = _number(row[place])
+            if not row[place]:
+                raise ValueError(
+                    f"line {number}, column {shown(header[place])} is empty. Leave such lines out."
+                )
             if value is None:
                 raise ValueError(
                     f"line {number}, column {shown(header[place])}: {shown(row[place])} is not a "

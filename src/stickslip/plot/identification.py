@@ -40,10 +40,30 @@ def plot_fit(fit: Any, ax: Axes | None = None, *, data: int = 1, **style: Any) -
         ax.set_ylabel(labels[0] if of_blocks else ordinate)
     ax.tick_params(labelbottom=False)
     below.set(xlabel=symbol("t") if of_blocks else abscissa, ylabel="residual")
-    positive = at[at > 0.0]
-    if len(positive) and np.ptp(np.log10(positive)) > DECADES and not of_blocks:
-        ax.set_xscale("symlog" if len(positive) < len(at) else "log")
+    if not of_blocks:
+        _set_scale(ax, at)
     ax.legend()
+    return ax
+
+
+def plot_comparison(
+    comparison: Any, ax: Axes | None = None, *, data: int = 1, **style: Any
+) -> Axes:
+    """Draw a set of data, counted from 1, as black points, what each fit gives as a line."""
+    ax = axes_or_new(ax)
+    measured = comparison.fits[0].data[data - 1]
+    colors = list(PALETTE.values())[1:]  # black are the data
+    pairs = zip(comparison.law, comparison.fits, strict=True)
+    for k, (law, fit) in enumerate(pairs):
+        ordinate, at, values, model, _ = next(compared(measured, fit.fitted[data - 1]))
+        if not k:
+            ax.plot(at, values, color="black", marker=".", ls="", ms=4, alpha=0.4)
+        lines = ax.plot(at, model, **{"color": colors[k % len(colors)], **style})
+        lines[0].set_label(law)
+    ax.set(xlabel=measured.abscissa[0], ylabel=ordinate)
+    if not isinstance(measured, Record):
+        _set_scale(ax, at)
+    ax.legend(fontsize="small")
     return ax
 
 
@@ -60,6 +80,13 @@ def plot_propagated(found: Any, ax: Axes | None = None, **style: Any) -> Axes:
         ax.axvline(end, color="black", ls="--")
     ax.set(xlabel="quantity", ylabel="draws")
     return ax
+
+
+def _set_scale(ax: Axes, at: Any) -> None:
+    """Make the axis of an abscissa logarithmic where its values span decades."""
+    positive = at[at > 0.0]
+    if len(positive) and np.ptp(np.log10(positive)) > DECADES:
+        ax.set_xscale("symlog" if len(positive) < len(at) else "log")
 
 
 def _axes_below(ax: Axes) -> Axes:
