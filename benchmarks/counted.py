@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import stickslip as ss
-from stickslip.mechanics.eventmap import _lane_kernels
+from stickslip.mechanics.eventmap import _lane_kernels, _lane_list_kernels
 from stickslip.mechanics.eventmap.lanes import lanes_of
 from stickslip.mechanics.flow import _lane_kernels as flow
 from stickslip.mechanics.flow.engine import engine_for
@@ -80,7 +80,7 @@ def counts(model: ss.TwoBlock) -> dict[str, float]:
     """Operations per map, uniform starts."""
     row = Constants(lanes_of(engine_for(model, "exact"), MAX_EVENTS).row.tolist())
     kernels_math = SimpleNamespace(**{**vars(math), "sqrt": _root})
-    for module in (_lane_kernels, flow, trigonometry):
+    for module in (_lane_kernels, _lane_list_kernels, flow, trigonometry):
         module.math = kernels_math
     stride = _lane_kernels.STRIDE
     streams = Numbers([0.0] * (_lane_kernels.N_STREAMS * stride))
@@ -88,7 +88,9 @@ def counts(model: ss.TwoBlock) -> dict[str, float]:
     d = np.random.default_rng(1).uniform(*model.domain, MAPS)
     value, no_slope = Numbers(d.tolist()), Numbers()
     COUNT.clear()
-    _lane_kernels.carry_lanes(row, None, streams, lists, value, no_slope, 0, MAPS, MAX_EVENTS)
+    _lane_list_kernels.carry_lanes(
+        row, None, streams, lists, value, no_slope, 0, MAPS, MAX_EVENTS, None, None
+    )
     return {kind: n / MAPS for kind, n in COUNT.items()}
 
 

@@ -80,3 +80,13 @@ def contact_time(t: float, g: float, slope: float, curvature: float, rounding: f
     if slope == 0.0:
         return t
     return t - 2.0 * g / (slope - math.sqrt(max(square, 0.0)))
+
+
+@kernel(inline=True, fused=True)
+def hides_a_turn(slope: float, slope_end: float, bend: float, bend_end: float, t: float) -> bool:
+    """Whether a function of these slopes and curvatures may turn twice within a short time."""
+    # By as much as two tangents dip, and half of that again, the slope may pass zero.
+    steep, steep_end = abs(bend), abs(bend_end)
+    nearer = abs(slope) if abs(slope) < abs(slope_end) else abs(slope_end)
+    near = nearer * (steep + steep_end) < 1.5 * t * steep * steep_end
+    return near and slope * slope_end >= 0.0 and bend * bend_end < 0.0 and slope * bend < 0.0

@@ -68,6 +68,69 @@ def test_lanes_agree_on_many_systems():
         assert_agree(system, starts(system, 500), max_events=200)
 
 
+def assert_told_alike(system, d, max_events=60):
+    """What lanes tell besides values is what is told of one motion at a time."""
+    f, g = (
+        ss.event_map(system, max_events=max_events, threads=1, **alone) for alone in ({}, ALONE)
+    )
+    told, alone = f.evaluate(d), g.evaluate(d)
+    clear = alone.margin > CLEAR
+    for name in ("status", "label", "n_events"):
+        assert np.array_equal(getattr(told, name)[clear], getattr(alone, name)[clear]), system
+    ok = clear & (alone.status == OK)
+    grown = np.maximum(1.0, np.abs(alone.derivative)) * np.maximum(1.0, 0.1 * alone.n_events)
+    late = np.abs(told.duration - alone.duration)
+    assert (late[ok] <= (1e-12 * grown * np.maximum(1.0, alone.duration))[ok]).all(), system
+    # Newton's method ends at the bottom of a lobe a little above it.
+    assert (np.abs(told.margin - alone.margin)[ok] <= 1e-10 * grown[ok]).all(), system
+    sharp = grown * np.maximum(1.0, np.abs(alone.derivative)) ** 2
+    for name in f.parameters:
+        slope, other = f.parameter_derivative(d, name), g.parameter_derivative(d, name)
+        assert np.array_equal(np.isnan(slope)[clear], np.isnan(other)[clear]), (system, name)
+        allowed = 1e-11 * sharp * np.maximum(1.0, np.abs(other))
+        assert (np.abs(slope - other)[ok] <= allowed[ok]).all(), (system, name)
+
+
+def test_lanes_tell_what_is_told_of_one_motion_at_a_time():
+    for system in random_models(12, seed=8):
+        assert_told_alike(system, starts(system, 300))
+
+
+def test_a_shallow_lobe_is_found_where_a_step_of_newton_would_leave_it():
+    friction = ss.Coulomb(0.4197054193913707)
+    system = ss.TwoBlock(1.9918704236051643, 0.8517653025047359, 0.2698148943920219, friction)
+    assert_told_alike(system, np.array([0.0745855986774655]))
+
+
+@pytest.mark.slow
+def test_lanes_tell_it_of_many_systems():
+    for system in random_models(400, seed=9):
+        assert_told_alike(system, starts(system, 500), max_events=200)
+
+
+@pytest.mark.parametrize("system", [model(**PAPER), *random_models(2, seed=5)])
+def test_lanes_tell_it_beside_breakpoints(system):
+    f = ss.event_map(system, max_events=100, threads=1)
+    distance = 10.0 ** -np.arange(1.5, 10.01, 0.5)
+    edges = list(itertools.islice(label_changes(f), 8))
+    d = np.array([edge + side * h for edge in edges for side in (-1, 1) for h in distance])
+    assert_told_alike(system, d[np.abs(d) < system.domain[1]], max_events=100)
+
+
+def test_what_is_told_does_not_depend_on_what_else_is_asked():
+    for system in (model(**LONG), model(**PAPER | {"mu": 0.0})):
+        f = ss.event_map(system, max_events=300, threads=1)
+        d = starts(system, 700, seed=3)
+        whole = f.evaluate(d)
+        parts = [f.evaluate(d[:3]), f.evaluate(d[3:])]
+        for name in ("duration", "n_events", "label", "margin", "status"):
+            joined = np.concatenate([getattr(part, name) for part in parts])
+            assert np.array_equal(getattr(whole, name), joined), name
+        slope = f.parameter_derivative(d, "V")
+        joined = np.concatenate([f.parameter_derivative(part, "V") for part in (d[:3], d[3:])])
+        assert np.array_equal(slope, joined, equal_nan=True)
+
+
 def label_changes(f, n=400):
     """Last doubles of some branches."""
     d = np.linspace(*f.domain, n)[1:-1]

@@ -6,6 +6,8 @@ from scipy.optimize import minimize_scalar
 from tests.mechanics.flow.systems import LAW_OF, random_model
 
 import stickslip as ss
+from stickslip.mechanics.flow._exact_kernels import new_work, watch_both
+from stickslip.mechanics.flow.system import System, new_motion
 
 
 def adjacent_floats(f, low: float, high: float) -> tuple[float, float]:
@@ -82,7 +84,9 @@ def lobes(motion, samples: int) -> list[float]:
 def test_the_margin_of_a_lobe_is_how_far_it_stayed_from_the_belt(model, d):
     nearest = min(lobes(ss.simulate(model, d=d, until="stick"), samples=400))
     assert 0.0 < nearest < 0.1
-    assert ss.event_map(model).evaluate(d).margin == pytest.approx(nearest, rel=1e-6)
+    for limit in (np.inf, 1e300):  # in lanes, and one motion at a time
+        margin = ss.event_map(model, max_time=limit).evaluate(d).margin
+        assert margin == pytest.approx(nearest, rel=1e-6)
 
 
 def test_the_margin_of_a_landing_is_its_distance_from_the_limit():
@@ -110,3 +114,27 @@ def test_the_margin_is_positive_inside_branches():
     f = ss.event_map(ss.examples.coulomb())
     result = f.evaluate(np.linspace(*f.domain, 501)[1:-1])
     assert np.mean(result.margin > 1e-3) > 0.9
+
+
+@pytest.mark.kernel
+def test_a_lobe_between_two_looks_at_the_slope_is_found():
+    # |w_1|' = 0.997 cos(t - c) - cos(2 (t - c)) is below 0 for 0.09; looks are 0.12 apart.
+    end, c, V, mu = 0.6, 0.3, 0.2, 0.3
+    system, laws, motion, work = (
+        System(1.5, 1.0, V),
+        np.full((2, 8), mu),
+        new_motion(0, 0),
+        new_work(),
+    )
+    swing, pull = -2.0 * 0.997 * np.sin(-c), -2.0 * 0.997 * np.cos(c)  # of the sum of both blocks
+    gap, gap_pull = -np.sin(-2.0 * c), -2.0 * np.cos(2.0 * c)
+    work.start_w[:] = 0.5 * (swing - gap) - V, 0.5 * (swing + gap) - V
+    work.start_e[:] = mu - 0.5 * (pull - gap_pull), mu - 0.5 * (pull + gap_pull)
+    motion.mode[:] = -1
+    watch_both(system, laws, motion, work, end)
+    t = np.linspace(0.0, end, 100_001)
+    slope = 0.997 * np.cos(t - c) - np.cos(2.0 * (t - c))
+    ended = np.flatnonzero((slope[:-1] < 0.0) & (slope[1:] >= 0.0))
+    assert slope[::20_000].min() > 0.0
+    risen = 0.997 * (np.sin(t - c) + np.sin(c)) - 0.5 * (np.sin(2.0 * (t - c)) + np.sin(2.0 * c))
+    assert work.margin[0] == pytest.approx(-work.start_w[0] + risen[ended[0]], abs=1e-8)

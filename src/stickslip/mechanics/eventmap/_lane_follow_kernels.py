@@ -18,9 +18,8 @@ from stickslip.mechanics.eventmap._lane_kernels import (
     LABEL,
     Carried,
     Indices,
-    carry_block,
-    carry_lanes,
 )
+from stickslip.mechanics.eventmap._lane_list_kernels import carry_block, carry_lanes
 from stickslip.mechanics.eventmap.records import Batch, Controls, Followed, ModelTable, Scratch
 from stickslip.mechanics.flow._lane_kernels import constants_at
 from stickslip.mechanics.flow.system import Floats, System
@@ -127,6 +126,8 @@ def settle_batch(
             controls.max_events,
             few,
             False,
+            None,
+            None,
         )
         left = 0
         for s in range(m):
@@ -184,6 +185,8 @@ def record_batch(
             controls.max_events,
             few,
             True,
+            None,
+            None,
         )
         left = 0
         for s in range(m):
@@ -269,7 +272,9 @@ def iterate_lanes(
         for k in range(orbits.shape[1] - 1):
             for i in range(n):
                 column[i] = orbits[at + i, k]
-            carry_lanes(row, None, streams, index, column, no_slope, 0, n, controls.max_events)
+            carry_lanes(
+                row, None, streams, index, column, no_slope, 0, n, controls.max_events, None, None
+            )
             for i in range(n):
                 d, value = orbits[at + i, k], column[i]
                 if math.isnan(d) or math.isinf(value):

@@ -1,12 +1,11 @@
-"""The event map of many motions with constant kinetic friction, breadth first."""
+"""Passes: phases of one kind, of many motions with constant kinetic friction, breadth first."""
 
-# Motions whose next phase is of one kind go through it together, in a pass. What a pass does not
-# decide is left NaN for the exact engine; a motion without return in ``max_events`` gives inf.
+# What a pass does not decide is left NaN for the exact engine.
 # Lists lie in one buffer as streams, at constant offsets: the compiler sees that they do not
 # overlap. Full groups of `LANES` items, the last one padded, give equal bits for any number of
 # motions. Names of streams: ``ONE`` one block slips, ``FREED`` its rider reaches its limit, ``TWO``
 # both slip, ``END`` they have stopped, ``NEXT`` what follows. ``D`` is a derivative in the starting
-# d.
+# d, or in a parameter: `Change`.
 
 from __future__ import annotations
 
@@ -16,34 +15,42 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.flow._lane_kernels import (
     NEAR,
+    Change,
     CoulombConstants,
     Pair,
     Slip,
+    belt_change,
     belt_modes,
     belt_of,
     blocks_of,
     clearance,
-    constants_of_row,
     contact_ahead,
     difference,
     dip,
     drawn,
     fall,
     falls_to_zero,
+    friction_change,
+    gap_bend,
     half_angle,
     largest_share,
+    limit_change,
     modes_of,
     modes_polished,
     modes_turned,
+    onset_changes,
     overload,
+    return_bend,
+    rider_change,
     safe_reach,
     shares,
+    slip_bend,
     slip_of,
     slip_turned,
     smooth_share,
+    value_change,
 )
 from stickslip.mechanics.flow.system import Floats
 from stickslip.numerics.targets import kernel
@@ -62,7 +69,7 @@ ZERO, ONE, STEP = np.uint64(0), np.uint64(1), np.uint64(LANES)
 # What a pass says of an item: what it did, or that the exact engine is to decide.
 RETURNED, FREED, CROSSED, STUCK, UNDECIDED = 0.0, 1.0, 2.0, 3.0, 4.0
 
-N_STREAMS = 65
+N_STREAMS = 68
 _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
 # fmt: off
 (
@@ -78,7 +85,7 @@ _STREAMS = tuple(np.uint64(i * STRIDE) for i in range(N_STREAMS))
     END_SUM_W, END_SUM_PULL, END_GAP_W, END_GAP_PULL, END_BOUND_2, END_BOUND_4,
     END_MODE_1, END_MODE_2, END_TIME, END_FRESH, END_D_W, END_D_E1, END_D_E2, END_LANDS,
     NEXT_KIND, NEXT_W, NEXT_E1, NEXT_E2, NEXT_MODE,
-    ELAPSED,
+    ELAPSED, MARGIN, CLEARANCE, SPARE,
 ) = _STREAMS
 # fmt: on
 # Where motions have constants of their own: those of the items of the present pass.
@@ -88,6 +95,16 @@ OF_STEPS, OF_STARTS, OF_LANDINGS, OF_SLIPS, OF_ONSETS = 4, 7, 13, 23, len(CONSTA
 # Streams that move with an item from list to list; the later ones with derivatives only.
 FREED_VALUES, FREED_ALL = 7, 10
 TWO_VALUES, TWO_ALL = 8, 13
+
+Indices = NDArray[np.uint64]
+
+# Lists of numbers: whose motion an item is, and items picked from a list.
+# Of each motion: hash of its itinerary (`hashed`), how many events,
+# block of the last one.
+N_LISTS = 9
+(
+    WHO_ONE, WHO_TWO, WHO_END, PICKED, REST, CROSSING, LABEL, COUNT, LAST,
+) = (np.uint64(i * STRIDE) for i in range(N_LISTS))  # fmt: skip
 
 # Halvings of the error of a release time: see `release_pass`.
 RELEASE_STEPS = 3
@@ -156,7 +173,7 @@ def release_guess(slip: Slip, longest: float, gain: float, room: float) -> float
 
 
 @kernel(fused=True)
-def onset_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
+def onset_pass(carried: Carried, along: Change | None, b: Floats, n: np.uint64) -> None:
     """Begin the first slips of the starts in ONE_VALUE: many return at once, with a value."""
     wide_vectors()
     base = ZERO
@@ -179,7 +196,9 @@ def onset_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
             unclear = abs(lead) < constants.near or abs(excess) < constants.near
             unclear = unclear or limit - friction < constants.near
             kind = UNDECIDED if unclear else (FREED if excess > 0.0 else RETURNED)
-            value = difference(constants, carried.pair, first, rider + gain, 2.0 * friction - limit)
+            force_end = 2.0 * friction - limit
+            value = difference(constants, carried.pair, first, rider + gain, force_end)
+            d_force, d_rider = onset_changes(along, slip.first_slope, first, d)
             b[ONE_VALUE + k] = value if kind == RETURNED else math.nan
             b[ONE_SLOPE + k] = 1.0 if kind == RETURNED else math.nan
             b[ONE_KIND + k] = kind
@@ -190,9 +209,11 @@ def onset_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
             b[ONE_SIGN + k] = 1.0
             b[ONE_TIME + k] = slip.first_time
             b[ONE_GUESS + k] = release_guess(slip, slip.first_time, gain, limit_b - rider)
+            b[ONE_FORCE_END + k] = force_end
+            b[ONE_RIDER_END + k] = rider + gain
             b[ONE_D_GAP + k] = 0.0
-            b[ONE_D_FORCE + k] = 0.0
-            b[ONE_D_RIDER + k] = slip.first_slope
+            b[ONE_D_FORCE + k] = d_force
+            b[ONE_D_RIDER + k] = d_rider
         base += STEP
 
 
@@ -293,7 +314,7 @@ def turning_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def return_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
+def return_slopes(carried: Carried, along: Change | None, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips that return (saltation at the landing)."""
     wide_vectors()
     base = ZERO
@@ -314,13 +335,19 @@ def return_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
             slow = 1.0 / end
             d_gap = b[ONE_D_GAP + k]
             d_force = b[ONE_D_FORCE + k]
-            d_rate = sign * d_force
-            d_time = (d_gap * c + d_rate * s * slip.unit) * slow
-            d_end = (rate * d_rate + (slip.stiffness * gap - sign * slip.loading) * d_gap) * slow
-            d_force_end = -sign * d_end
+            d_rate = sign * d_force + friction_change(along, first, -1.0)
+            t, gained = b[ONE_TIME + k], b[ONE_FORCE_END + k] - b[ONE_FORCE + k]
+            bend, _ = slip_bend(slip, along, sign, gap, rate, t, s * slip.unit, c)
+            d_time = (d_gap * c + d_rate * s * slip.unit + bend) * slow
+            bend = return_bend(along, sign, gap)
+            d_end = rate * d_rate + (slip.stiffness * gap - sign * slip.loading) * d_gap
+            d_friction = friction_change(along, first, 1.0)
+            d_force_end = sign * (d_friction - (d_end + bend) * slow)
             d_gain = slip.ride_time * d_time - slip.ride_force * (d_force_end - d_force)
+            d_gain = d_gain + rider_change(slip, along, t, gained)
             d_rider_end = b[ONE_D_RIDER + k] + d_gain
             slope = difference(constants, carried.pair, first, d_rider_end, d_force_end)
+            slope = slope + value_change(constants, along, b[ONE_VALUE + k])
             b[ONE_D_FORCE_END + k] = d_force_end
             b[ONE_D_RIDER_END + k] = d_rider_end
             b[ONE_SLOPE + k] = slope if b[ONE_KIND + k] == RETURNED else math.nan
@@ -376,7 +403,7 @@ def release_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def release_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
+def release_slopes(carried: Carried, along: Change | None, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips whose rider was freed."""
     wide_vectors()
     base = ZERO
@@ -388,19 +415,26 @@ def release_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
             first = b[FREED_FIRST + k] > 0.5
             slip = slip_of(constants, carried.pair, first)
             gap = -sign * b[START_W + k]
-            rate = sign * (b[START_E1 + k] if first else b[START_E2 + k]) - slip.friction
-            s, c = turned(slip.frequency * b[FREED_TIME + k])
+            force, t = b[START_E1 + k] if first else b[START_E2 + k], b[FREED_TIME + k]
+            rate = sign * force - slip.friction
+            s, c = turned(slip.frequency * t)
             d_swing = slip.frequency * b[FREED_D_GAP + k]
-            d_rate = sign * b[FREED_D_FORCE + k]
+            d_rate = sign * b[FREED_D_FORCE + k] + friction_change(along, first, -1.0)
+            started = sign * b[FREED_FORCE + k] - slip.friction
+            bend, rate_bend = slip_bend(
+                slip, along, sign, b[FREED_GAP + k], started, t, s * slip.unit, c
+            )
             d_swing_now = d_swing * c + d_rate * s
-            d_rate_now = d_rate * c - d_swing * s
+            d_rate_now = d_rate * c - d_swing * s + rate_bend
             d_rider = b[FREED_D_RIDER + k] - sign * slip.ride_force * (d_rate_now - d_rate)
-            shift = -d_rider / (slip.loading_b + sign * slip.coupling * gap)
+            d_rider = d_rider + rider_change(slip, along, t, force - b[FREED_FORCE + k])
+            d_limit = limit_change(along, not first, sign)
+            shift = (d_limit - d_rider) / (slip.loading_b + sign * slip.coupling * gap)
             pull = sign * slip.loading - slip.stiffness * gap
-            d_force = sign * (d_rate_now + pull * shift)
-            b[TWO_D_W + k] = -sign * (d_swing_now * slip.unit + rate * shift)
-            b[TWO_D_E1 + k] = d_force if first else 0.0
-            b[TWO_D_E2 + k] = 0.0 if first else d_force
+            d_force = sign * (d_rate_now + friction_change(along, first, 1.0) + pull * shift)
+            b[TWO_D_W + k] = -sign * (d_swing_now * slip.unit + bend + rate * shift)
+            b[TWO_D_E1 + k] = d_force if first else d_limit
+            b[TWO_D_E2 + k] = d_limit if first else d_force
         base += STEP
 
 
@@ -557,7 +591,7 @@ def landing_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
 
 
 @kernel(fused=True)
-def landing_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
+def landing_slopes(carried: Carried, along: Change | None, b: Floats, n: np.uint64) -> None:
     """Carry derivatives through slips of both blocks to a landing, in END_D (saltation)."""
     wide_vectors()
     base = ZERO
@@ -571,355 +605,35 @@ def landing_slopes(carried: Carried, b: Floats, n: np.uint64) -> None:
             sum_pull = b[END_SUM_PULL + k]
             gap_pull = b[END_GAP_PULL + k]
             d_w = b[END_D_W + k]
-            d_e1 = b[END_D_E1 + k]
-            d_e2 = b[END_D_E2 + k]
+            m_1 = b[END_MODE_1 + k]
+            m_2 = b[END_MODE_2 + k]
+            d_e1 = b[END_D_E1 + k] + friction_change(along, True, m_1)
+            d_e2 = b[END_D_E2 + k] + friction_change(along, False, m_2)
             t = b[END_TIME + k]
             s, c = turned(t)
             d_sum, d_gap = modes_of(carried.pair, d_e1, d_e2)
             of_sum, of_gap = shares(carried.pair, -fresh)
-            w_sum, w_gap = of_sum * d_w, of_gap * d_w
+            w_sum, w_gap = of_sum * d_w + belt_change(along, 2.0), of_gap * d_w
             d_sum_w, d_sum_e = w_sum * c - d_sum * s, d_sum * c + w_sum * s
             s, c = turned(constants.beat * t)
             s = s * constants.beat
-            d_gap_w = w_gap * c - d_gap * (s * constants.narrow)
-            d_gap_e = d_gap * c + w_gap * s
+            of_sum, of_gap = shares(carried.pair, -side)
+            bend, rate_bend = gap_bend(
+                constants, along, of_gap * w, gap_pull, t, s * constants.narrow, c
+            )
+            d_gap_w = w_gap * c - d_gap * (s * constants.narrow) + bend
+            d_gap_e = d_gap * c + w_gap * s - rate_bend
             of_sum, of_gap = shares(carried.pair, side)
             rate = of_sum * sum_pull + of_gap * gap_pull
-            shift = -(of_sum * d_sum_w + of_gap * d_gap_w) / rate
+            shift = (belt_change(along, 2.0) - (of_sum * d_sum_w + of_gap * d_gap_w)) / rate
             one = slip_of(constants, carried.pair, True)
             two = slip_of(constants, carried.pair, False)
             rate_1 = one.loading + (-one.coupling if side < 0.0 else one.stiffness) * w
             rate_2 = two.loading + (two.stiffness if side < 0.0 else -two.coupling) * w
             of_sum, of_gap = shares(carried.pair, -side)
-            d_w = 0.5 * (of_sum * d_sum_w + of_gap * d_gap_w)
+            d_w = 0.5 * (of_sum * d_sum_w + of_gap * d_gap_w) + belt_change(along, -1.0)
             b[END_D_W + k] = d_w + 0.5 * (of_sum * sum_pull + of_gap * gap_pull) * shift
             d_e1, d_e2 = blocks_of(carried.pair, d_sum_e, d_gap_e)
-            b[END_D_E1 + k] = d_e1 + rate_1 * shift
-            b[END_D_E2 + k] = d_e2 + rate_2 * shift
+            b[END_D_E1 + k] = d_e1 + friction_change(along, True, -m_1) + rate_1 * shift
+            b[END_D_E2 + k] = d_e2 + friction_change(along, False, -m_2) + rate_2 * shift
         base += STEP
-
-
-Indices = NDArray[np.uint64]
-
-# Lists of numbers: whose motion an item is, and items picked from a list.
-# Of each motion: hash of its itinerary (`hashed`) and how many events.
-N_LISTS = 8
-(
-    WHO_ONE, WHO_TWO, WHO_END, PICKED, REST, CROSSING, LABEL, COUNT,
-) = (np.uint64(i * STRIDE) for i in range(N_LISTS))  # fmt: skip
-
-# Rounds of phases in which a returned motion is believed: the rounding of long ones is left to
-# one engine, so that it does not matter how many motions are asked together. Beyond them lanes
-# go on only to show that motions do not return, and only where there are many for the number
-# of events: one at a time the exact engine is faster, which knows cycles.
-ROUNDS = 64
-EVENTS_PER_LANE = 128
-# Steps of slips of both blocks before a motion is left to the exact engine, and how many are
-# taken before the first look whether some are over.
-MAX_STEPS = 64
-FIRST_STEPS = 3
-
-
-@kernel(fused=True)
-def pick(
-    b: Floats, kinds: np.uint64, kind: float, n: np.uint64, index: Indices, to: np.uint64
-) -> np.uint64:
-    """List the items of one kind at `to`; return how many there are."""
-    m = ZERO
-    for i in range(n):
-        k = np.uint64(i)
-        index[to + m] = k
-        m += ONE if b[kinds + k] == kind else ZERO
-    return m
-
-
-@kernel(fused=True)
-def move(
-    b: Floats,
-    source: np.uint64,
-    target: np.uint64,
-    streams: int,
-    index: Indices,
-    picked: np.uint64,
-    n: np.uint64,
-) -> None:
-    """Copy listed items of several streams to the beginning of others, or of the same."""
-    for stream in range(streams):
-        shift = np.uint64(stream * STRIDE)
-        for i in range(n):
-            k = np.uint64(i)
-            b[target + shift + k] = b[source + shift + index[picked + k]]
-
-
-@kernel(fused=True)
-def move_who(
-    index: Indices, source: np.uint64, target: np.uint64, picked: np.uint64, n: np.uint64
-) -> None:
-    """Copy listed items of a list of motions."""
-    for i in range(n):
-        k = np.uint64(i)
-        index[target + k] = index[source + index[picked + k]]
-
-
-@kernel(fused=True)
-def leave(
-    b: Floats, index: Indices, n: np.uint64, value: Floats, slope: Floats, start: np.uint64
-) -> None:
-    """Write down the motions that returned to global stick."""
-    m = pick(b, ONE_KIND, RETURNED, n, index, PICKED)
-    for i in range(m):
-        k = index[PICKED + np.uint64(i)]
-        value[start + index[WHO_ONE + k]] = b[ONE_VALUE + k]
-        if slope.size > 0:
-            slope[start + index[WHO_ONE + k]] = b[ONE_SLOPE + k]
-
-
-@kernel(fused=True)
-def cross_one(b: Floats, index: Indices, n: np.uint64) -> np.uint64:
-    """Begin the list of one slipping block with those that crossed w = 0: mirrored slips."""
-    m = pick(b, ONE_KIND, CROSSED, n, index, PICKED)
-    for i in range(m):
-        k = np.uint64(i)
-        a = index[PICKED + k]
-        b[ONE_GAP + k] = 0.0
-        b[ONE_SIGN + k] = -b[ONE_SIGN + a]
-        b[ONE_FIRST + k] = b[ONE_FIRST + a]
-        b[ONE_FORCE + k] = b[ONE_FORCE_END + a]
-        b[ONE_RIDER + k] = b[ONE_RIDER_END + a]
-        b[ONE_D_GAP + k] = 0.0
-        b[ONE_D_FORCE + k] = b[ONE_D_FORCE_END + a]
-        b[ONE_D_RIDER + k] = b[ONE_D_RIDER_END + a]
-        index[WHO_ONE + k] = index[WHO_ONE + a]
-    return m
-
-
-@kernel(fused=True)
-def cross_two(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> None:
-    """Append slips of both blocks, one of which crossed w = 0, to the list of these."""
-    for i in range(n):
-        a = index[CROSSING + np.uint64(i)]
-        k = at + np.uint64(i)
-        second = b[END_LANDS + a] > 0.0
-        b[START_W + k] = b[NEXT_W + a]
-        b[START_E1 + k] = b[NEXT_E1 + a]
-        b[START_E2 + k] = b[NEXT_E2 + a]
-        b[TWO_MODE_1 + k] = b[END_MODE_1 + a] if second else b[NEXT_MODE + a]
-        b[TWO_MODE_2 + k] = b[NEXT_MODE + a] if second else b[END_MODE_2 + a]
-        b[TWO_FRESH + k] = b[END_LANDS + a]
-        b[TWO_D_W + k] = b[END_D_W + a]
-        b[TWO_D_E1 + k] = b[END_D_E1 + a]
-        b[TWO_D_E2 + k] = b[END_D_E2 + a]
-        index[WHO_TWO + k] = index[WHO_END + a]
-
-
-@kernel(fused=True)
-def stick_one(b: Floats, index: Indices, n: np.uint64, at: np.uint64) -> np.uint64:
-    """Append slips of both blocks that became slips of one; return the length of the list."""
-    m = pick(b, NEXT_KIND, STUCK, n, index, PICKED)
-    for i in range(m):
-        a = index[PICKED + np.uint64(i)]
-        k = at + np.uint64(i)
-        second = b[END_LANDS + a] > 0.0
-        mode = b[END_MODE_1 + a] if second else b[END_MODE_2 + a]
-        b[ONE_GAP + k] = mode * b[NEXT_W + a]
-        b[ONE_SIGN + k] = -mode
-        b[ONE_FIRST + k] = 1.0 if second else 0.0
-        b[ONE_FORCE + k] = b[NEXT_E1 + a] if second else b[NEXT_E2 + a]
-        b[ONE_RIDER + k] = b[NEXT_E2 + a] if second else b[NEXT_E1 + a]
-        b[ONE_D_GAP + k] = mode * b[END_D_W + a]
-        b[ONE_D_FORCE + k] = b[END_D_E1 + a] if second else b[END_D_E2 + a]
-        b[ONE_D_RIDER + k] = b[END_D_E2 + a] if second else b[END_D_E1 + a]
-        index[WHO_ONE + k] = index[WHO_END + a]
-    return at + m
-
-
-@kernel(fused=True)
-def slip_together(
-    carried: Carried,
-    b: Floats,
-    index: Indices,
-    n: np.uint64,
-    start: np.uint64,
-    streams: int,
-) -> np.uint64:
-    """Step slips of both blocks until each is proved to land; they gather in the END list."""
-    n_ended = ZERO
-    for steps in range(MAX_STEPS):
-        step_pass(carried, b, n)
-        if steps < FIRST_STEPS - 1:
-            continue
-        going = ended = ZERO
-        for i in range(n):
-            k = np.uint64(i)
-            index[PICKED + going] = k
-            index[REST + ended] = k
-            goes = b[TWO_LANDS + k] == 0.0
-            going += ONE if goes else ZERO
-            ended += ZERO if goes else ONE
-        move(b, TWO_SUM_W, END_SUM_W + n_ended, streams, index, REST, ended)
-        move(b, TWO_LANDS, END_LANDS + n_ended, 1, index, REST, ended)
-        move(b, TWO_SUM_W, TWO_SUM_W, streams, index, PICKED, going)
-        move_who(index, WHO_TWO, WHO_END + n_ended, REST, ended)
-        move_who(index, WHO_TWO, WHO_TWO, PICKED, going)
-        n_ended += ended
-        n = going
-        if n == ZERO:
-            break
-        load_constants(carried.rows, index, WHO_TWO, n, start, OF_STEPS, b)
-    return n_ended
-
-
-@kernel(fused=True)
-def begin_trace(b: Floats, index: Indices, n: np.uint64) -> None:
-    """Note the first phase of each motion: one block slips backward."""
-    for i in range(n):
-        k = np.uint64(i)
-        code = 1 if b[ONE_FIRST + k] > 0.5 else 3
-        index[LABEL + k] = hashed(ONE, code)
-        index[COUNT + k] = ZERO
-        b[ELAPSED + k] = 0.0
-
-
-@kernel(inline=True, fused=True)
-def note(b: Floats, index: Indices, who: np.uint64, mode_1: float, mode_2: float, t: float) -> None:
-    """Note an event of a motion, after a time t."""
-    code = int(3.0 * mode_1 + mode_2) + 4
-    index[LABEL + who] = hashed(index[LABEL + who], code)
-    index[COUNT + who] += ONE
-    b[ELAPSED + who] += t
-
-
-@kernel(fused=True)
-def trace_one(b: Floats, index: Indices, n: np.uint64) -> None:
-    """Note returns and crossings of slips of one block."""
-    for i in range(n):
-        k = np.uint64(i)
-        kind = b[ONE_KIND + k]
-        if kind == RETURNED:
-            note(b, index, index[WHO_ONE + k], 0.0, 0.0, b[ONE_TIME + k])
-        elif kind == CROSSED:
-            first = b[ONE_FIRST + k] > 0.5
-            mode = b[ONE_SIGN + k]
-            mode_1, mode_2 = (mode, 0.0) if first else (0.0, mode)
-            note(b, index, index[WHO_ONE + k], mode_1, mode_2, b[ONE_TIME + k])
-
-
-@kernel(fused=True)
-def trace_freed(b: Floats, index: Indices, n: np.uint64) -> None:
-    """Note the times at which riders were freed: both blocks then slip the same way."""
-    for i in range(n):
-        k = np.uint64(i)
-        mode = -b[FREED_SIGN + k]
-        note(b, index, index[WHO_TWO + k], mode, mode, b[FREED_TIME + k])
-
-
-@kernel(fused=True)
-def trace_landings(b: Floats, index: Indices, n: np.uint64) -> None:
-    """Note the ends of slips of both blocks."""
-    for i in range(n):
-        k = np.uint64(i)
-        mode = b[NEXT_MODE + k] if b[NEXT_KIND + k] == CROSSED else 0.0
-        second = b[END_LANDS + k] > 0.0
-        mode_1 = b[END_MODE_1 + k] if second else mode
-        mode_2 = mode if second else b[END_MODE_2 + k]
-        note(b, index, index[WHO_END + k], mode_1, mode_2, b[END_TIME + k])
-
-
-@kernel(fused=True)
-def carry_block(
-    carried: Carried,
-    b: Floats,
-    index: Indices,
-    n: np.uint64,
-    value: Floats,
-    slope: Floats,
-    start: np.uint64,
-    max_events: int,
-    few: int,
-    traced: bool,
-) -> None:
-    """Carry starts ``value[start : start + n]`` to their values, and slopes if there is room."""
-    # Motions fewer than `few` stop at `ROUNDS`; `traced` keeps LABEL, COUNT, ELAPSED of each.
-    slopes = slope.size > 0
-    for i in range(n):
-        k = np.uint64(i)
-        b[ONE_VALUE + k] = value[start + k]
-        index[WHO_ONE + k] = k
-    load_constants(carried.rows, index, WHO_ONE, n, start, OF_ONSETS, b)
-    onset_pass(carried, b, n)
-    for i in range(n):
-        k = np.uint64(i)
-        value[start + k] = b[ONE_VALUE + k]
-        if slopes:
-            slope[start + k] = b[ONE_SLOPE + k]
-    if traced:
-        begin_trace(b, index, n)
-    n_one, n_crossing = n, ZERO
-    # A round is one event or two of each motion, so that none passes max_events in these.
-    believed = min(ROUNDS, (max_events + 1) // 2)
-    for lap in range(max_events + 1):
-        if lap >= believed and n_one + n_crossing <= few:
-            return
-        crossed = ZERO
-        if lap > 0:
-            load_constants(carried.rows, index, WHO_ONE, n_one, start, OF_SLIPS, b)
-            return_pass(carried, b, n_one)
-            if pick(b, ONE_TURNS, 1.0, n_one, index, PICKED) > ZERO:
-                turning_pass(carried, b, n_one)
-            if slopes:
-                return_slopes(carried, b, n_one)
-            if lap < believed:
-                leave(b, index, n_one, value, slope, start)
-        if traced:
-            trace_one(b, index, n_one)
-        n_freed = pick(b, ONE_KIND, FREED, n_one, index, PICKED)
-        move(b, ONE_GAP, FREED_GAP, FREED_ALL if slopes else FREED_VALUES, index, PICKED, n_freed)
-        move_who(index, WHO_ONE, WHO_TWO, PICKED, n_freed)
-        load_constants(carried.rows, index, WHO_TWO, n_freed, start, OF_SLIPS, b)
-        release_pass(carried, b, n_freed)
-        if slopes:
-            release_slopes(carried, b, n_freed)
-        if traced:
-            trace_freed(b, index, n_freed)
-        if lap > 0:
-            crossed = cross_one(b, index, n_one)
-        cross_two(b, index, n_crossing, n_freed)
-        n_two = n_freed + n_crossing
-        load_constants(carried.rows, index, WHO_TWO, n_two, start, OF_STARTS, b)
-        start_pass(carried, b, n_two)
-        streams = TWO_ALL if slopes else TWO_VALUES
-        n_ended = slip_together(carried, b, index, n_two, start, streams)
-        load_constants(carried.rows, index, WHO_END, n_ended, start, OF_LANDINGS, b)
-        landing_pass(carried, b, n_ended)
-        if slopes:
-            landing_slopes(carried, b, n_ended)
-        if traced:
-            trace_landings(b, index, n_ended)
-        n_one = stick_one(b, index, n_ended, crossed)
-        n_crossing = pick(b, NEXT_KIND, CROSSED, n_ended, index, CROSSING)
-        if n_one + n_crossing == ZERO:
-            return
-    for i in range(n_one):
-        value[start + index[WHO_ONE + np.uint64(i)]] = math.inf
-    for i in range(n_crossing):
-        value[start + index[WHO_END + index[CROSSING + np.uint64(i)]]] = math.inf
-
-
-@kernel(fused=True)
-def carry_lanes(
-    row: Floats,
-    pair: Pair | None,
-    b: Floats,
-    index: Indices,
-    value: Floats,
-    slope: Floats,
-    start: int,
-    stop: int,
-    max_events: int,
-) -> None:
-    """Turn starts into values: NaN asks the exact engine, inf: no return within `max_events`."""
-    carried = Carried(constants_of_row(row), pair, row)
-    few = max_events // EVENTS_PER_LANE
-    for at in range(start, stop, BLOCK):
-        n = np.uint64(min(BLOCK, stop - at))
-        carry_block(carried, b, index, n, value, slope, np.uint64(at), max_events, few, False)

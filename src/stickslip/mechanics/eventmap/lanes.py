@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
-from stickslip.mechanics.eventmap.records import Controls, Outputs, Pools, new_outputs
-from stickslip.mechanics.flow._lane_kernels import CoulombConstants, Pair, constants_at
+from stickslip.mechanics.eventmap.records import UNTOLD, Controls, Outputs, Pools, new_outputs
+from stickslip.mechanics.flow._lane_kernels import Change, CoulombConstants, Pair, constants_at
 from stickslip.mechanics.flow.engine import Engine
 from stickslip.mechanics.flow.lanes.layout import (
     ALIGNMENT,
@@ -26,7 +26,7 @@ from stickslip.mechanics.flow.lanes.layout import (
 )
 from stickslip.mechanics.flow.lanes.pair import coulomb_pair
 from stickslip.mechanics.flow.lanes.text import lane_kernels
-from stickslip.mechanics.flow.system import new_motion
+from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, VELOCITY, new_motion
 from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.mechanics.friction.series import LawSeries
@@ -73,6 +73,14 @@ def lanes_of(engine: Engine, max_events: int) -> Lanes:
     return Lanes(constants_at(*engine.system, mu_1, mu_2), None, max_events)
 
 
+def change_along(engine: Engine, direction: Floats) -> Change:
+    """Return the derivatives of what two blocks are made of, in a direction of the engine."""
+    d_alpha, d_beta, d_V = direction[[ALPHA, BETA, VELOCITY]].tolist()
+    d_mu_1, d_mu_2 = direction[LAWS :: engine.n_law_parameters].tolist()
+    d_friction_2 = d_mu_2 * engine.system.beta + float(engine.laws[1, STATIC_COLUMN]) * d_beta
+    return Change(d_alpha, d_V, d_mu_1, d_friction_2, d_beta)
+
+
 def lanes_serve(controls: Controls) -> bool:
     """Whether values may come from lanes: they keep no time, and need vector instructions."""
     return controls.max_time == math.inf and not config.DISABLE_JIT
@@ -82,10 +90,10 @@ class Lanes:
     """What `_lane_kernels` need to know of a model, and scratch for each thread."""
 
     def __init__(self, constants: CoulombConstants, pair: Pair | None, max_events: int) -> None:
-        from stickslip.mechanics.eventmap import _lane_kernels
+        from stickslip.mechanics.eventmap import _lane_list_kernels
 
         self.row, self.pair, self.max_events = np.array(constants), pair, max_events
-        self._carry = _lane_kernels.carry_lanes
+        self._carry = _lane_list_kernels.carry_lanes
 
     def scratch(self) -> LaneScratch:
         """Arrays of the present thread."""
@@ -94,18 +102,27 @@ class Lanes:
             held = _LOCAL.scratch = new_lane_scratch()
         return held
 
-    def carry(self, points: Floats, slope: Floats, start: int, stop: int) -> None:
+    def carry(
+        self,
+        points: Floats,
+        slope: Floats,
+        start: int,
+        stop: int,
+        along: Change | None = None,
+        told: Outputs | None = None,
+    ) -> None:
         """Put values in the place of starts: NaN to ask the exact engine, inf if none returns."""
         streams, index, _ = self.scratch()
+        limit = self.max_events
         self._carry(
-            self.row, self.pair, streams, index, points, slope, start, stop, self.max_events
+            self.row, self.pair, streams, index, points, slope, start, stop, limit, along, told
         )
 
     def value(self, d: float) -> float:
         """Value at one start inside the domain, or NaN, inf as above."""
-        streams, index, column = self.scratch()
+        column = self.scratch().column
         column[0] = d
-        self._carry(self.row, self.pair, streams, index, column, NO_SLOPE, 0, 1, self.max_events)
+        self.carry(column, NO_SLOPE, 0, 1)
         return column.item(0)
 
 
@@ -132,9 +149,10 @@ class BatchBackend:
 
 
 class LaneBackend(BatchBackend):
-    """Constant kinetic friction: values and slopes by lanes, all else by another backend."""
+    """Constant kinetic friction: lanes, and another backend for what these decline."""
 
     # Which of them answers depends on d alone: not on how many are asked together, nor on threads.
+    # Of unequal blocks lanes tell values and slopes alone.
 
     def __init__(self, scalar: ScalarBackend | PoolBackend, lanes: Lanes) -> None:
         super().__init__(scalar)
@@ -148,24 +166,32 @@ class LaneBackend(BatchBackend):
         return self.scalar.value(d)
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        """Values at each d, and slopes; lanes keep nothing else."""
+        """Values at each d, and slopes."""
         slopes = np.empty(d.size) if slope else NO_SLOPE
-        values, passed = self._by_lanes(d, slopes)
-        if watch:
-            outputs = self.scalar.carry(d, slope=slope, watch=True)
-            served = ~np.isnan(values)
-            outputs.value[served] = values[served]
-            if slope:
-                outputs.derivative[served, 0] = slopes[served]
-            return outputs
+        told = new_outputs(d.shape, 0) if watch and self.lanes.pair is None else None
+        values, passed = self._by_lanes(d, slopes, told=told)
+        if watch:  # also why motions do not return
+            told = told or new_outputs(d.shape, 0)._replace(margin=np.full(d.size, UNTOLD))
+            passed = np.flatnonzero(np.isnan(values) | (told.margin < 0.0))
+        outputs = (told or new_outputs((0,), 0))._replace(value=values, derivative=slopes[:, None])
         if passed.size > 0:
-            exact = self.scalar.carry(d[passed], slope=slope)
-            values[passed] = exact.value
+            exact = self.scalar.carry(d[passed], slope=slope, watch=watch)
+            served = ~np.isnan(values[passed])
+            exact.value[served] = values[passed[served]]
             if slope:
-                slopes[passed] = exact.derivative[:, 0]
-        return new_outputs((0,), 0)._replace(value=values, derivative=slopes[:, None])
+                exact.derivative[served, 0] = slopes[passed[served]]
+            for kept, found in zip(outputs, exact, strict=True):
+                if kept.size > 0:
+                    kept[passed] = found
+        return outputs
 
-    def _by_lanes(self, d: Floats, slopes: Floats) -> tuple[Floats, NDArray[np.intp]]:
+    def _by_lanes(
+        self,
+        d: Floats,
+        slopes: Floats,
+        along: Change | None = None,
+        told: Outputs | None = None,
+    ) -> tuple[Floats, NDArray[np.intp]]:
         """Values and, if there is room, slopes; indices that the lanes passed on."""
         values = np.empty(d.size)
         passed: list[NDArray[np.intp]] = []
@@ -173,7 +199,7 @@ class LaneBackend(BatchBackend):
         def task(start: int, stop: int) -> None:
             part = values[start:stop]
             part[:] = d[start:stop]
-            self.lanes.carry(values, slopes, start, stop)
+            self.lanes.carry(values, slopes, start, stop, along, told)
             rest = np.flatnonzero(~np.isfinite(part))
             unknown = np.isnan(part[rest])
             part[rest] = math.nan
@@ -197,6 +223,15 @@ class EqualLaneBackend(LaneBackend):
 
     def __init__(self, scalar: ScalarBackend) -> None:
         super().__init__(scalar, lanes_of(scalar.engine, scalar.controls.max_events))
+
+    def parameter_slope(self, d: Floats, name: str) -> Floats:
+        """df/d(name) at each d."""
+        engine, slopes = self.scalar.engine, np.empty(d.size)
+        along = change_along(engine, engine.along(self.scalar.model, name)[0])
+        _, passed = self._by_lanes(d, slopes, along)
+        if passed.size > 0:
+            slopes[passed] = self.scalar.parameter_slope(d[passed], name)
+        return slopes
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""

@@ -38,6 +38,9 @@ class Outputs(NamedTuple):
     status: NDArray[np.int64]
 
 
+UNTOLD = -1.0  # a margin that lanes leave to one motion at a time
+
+
 class Scratch(NamedTuple):
     """Arrays of one thread."""
 

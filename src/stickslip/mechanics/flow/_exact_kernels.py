@@ -36,6 +36,7 @@ from stickslip.numerics.roots import (
     all_but_touches,
     contact_time,
     grazing_time,
+    hides_a_turn,
     leaving_step,
     safe_step,
 )
@@ -716,19 +717,56 @@ def watch_both(system: System, laws: Floats, motion: Motion, work: Work, t_end: 
         sign = float(motion.mode[block])
         if motion.event[block] == LANDING and t_end == 0.0:
             continue
-        previous = 1.0  # a slip starts by leaving zero
-        if work.start_w[block] != 0.0:
-            move_both(system, laws, motion, work, 0.0)
-            previous = sign * (friction(system, laws, motion, block) - motion.e[block])
+        move_both(system, laws, motion, work, 0.0)
+        previous = sign * (friction(system, laws, motion, block) - motion.e[block])
+        if work.start_w[block] == 0.0:
+            previous = 1.0  # a slip starts by leaving zero
+        before = -sign * loading_rate(system, motion.w, block)
         left = 0.0
         for piece in range(1, pieces + 1):
             right = t_end * piece / pieces
             move_both(system, laws, motion, work, right)
             slope = sign * (friction(system, laws, motion, block) - motion.e[block])
+            curvature = -sign * loading_rate(system, motion.w, block)
             if previous < 0.0 <= slope:
                 lobe_margin(system, laws, motion, work, block, left, right, bound_3)
-            previous, left = slope, right
+            elif hides_a_turn(previous, slope, before, curvature, right - left):
+                short_lobe_margin(system, laws, motion, work, block, left, right, bound_3)
+            previous, before, left = slope, curvature, right
     move_both(system, laws, motion, work, t_end)
+
+
+@kernel
+def short_lobe_margin(
+    system: System,
+    laws: Floats,
+    motion: Motion,
+    work: Work,
+    block: int,
+    left: float,
+    right: float,
+    bound_3: float,
+) -> None:
+    """As `lobe_margin`, if |w| turns twice between two times at which it rises, or falls."""
+    sign = float(motion.mode[block])
+    low, high, side = left, right, 0.0
+    slope = 0.0
+    for k in range(40):
+        middle = high if k == 0 else 0.5 * (low + high)
+        move_both(system, laws, motion, work, middle)
+        slope = sign * (friction(system, laws, motion, block) - motion.e[block])
+        curvature = -sign * loading_rate(system, motion.w, block)
+        if k == 0:
+            side = curvature
+        elif (curvature > 0.0) == (side > 0.0):
+            high = middle
+        else:
+            low = middle
+    # Here the slope is extreme.
+    if side > 0.0 and slope < 0.0:
+        lobe_margin(system, laws, motion, work, block, low, right, bound_3)
+    elif side < 0.0 and slope >= 0.0:
+        lobe_margin(system, laws, motion, work, block, left, low, bound_3)
 
 
 @kernel

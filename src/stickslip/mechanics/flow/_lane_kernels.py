@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from stickslip.mechanics.flow.oscillator import oscillator_change
 from stickslip.mechanics.flow.system import Floats
 from stickslip.numerics.rounding import two_product, two_sum
 from stickslip.numerics.targets import kernel
@@ -455,3 +456,114 @@ def contact_ahead(f: float, f_1: float, f_2: float, f_3: float, f_4: float) -> f
     square = a * a
     third = (2.0 * square - b) + d * (5.0 * a * b - 5.0 * a * square - c)
     return d * (1.0 - d * (a - d * third))
+
+
+# --- in a parameter -----------------------------------------------------------------------------
+
+
+class Change(NamedTuple):
+    """Derivatives of what two equal blocks are made of, in a parameter; None: in the start."""
+
+    # With None all of the following is -0, and adding that is nothing.
+
+    alpha: float
+    V: float
+    friction_1: float
+    friction_2: float
+    limit_2: float
+
+
+@kernel(inline=True, fused=True)
+def friction_change(along: Change | None, first: bool, by: float) -> float:
+    """Differentiate the friction of a block, times `by`."""
+    if along is None:
+        return -0.0
+    return by * (along.friction_1 if first else along.friction_2)
+
+
+@kernel(inline=True, fused=True)
+def limit_change(along: Change | None, first: bool, by: float) -> float:
+    """Differentiate the static limit of a block, times `by`."""
+    if along is None:
+        return -0.0
+    return 0.0 if first else by * along.limit_2
+
+
+@kernel(inline=True, fused=True)
+def belt_change(along: Change | None, by: float) -> float:
+    """Differentiate the belt's velocity, times `by`."""
+    return -0.0 if along is None else by * along.V
+
+
+@kernel(inline=True, fused=True)
+def onset_changes(along: Change | None, slope: float, first: bool, d: float) -> tuple[float, float]:
+    """Differentiate the needed forces, as the first slip begins, of its block and of its rider."""
+    if along is None:
+        return 0.0, slope
+    wider = 2.0 * d * along.alpha
+    return limit_change(along, first, 1.0), wider if first else along.limit_2 - wider
+
+
+@kernel(inline=True, fused=True)
+def slip_bend(
+    slip: Slip,
+    along: Change | None,
+    sign: float,
+    gap: float,
+    rate: float,
+    t: float,
+    s: float,
+    c: float,
+) -> tuple[float, float]:
+    """Differentiate gap and rate after a time, their start fixed; s: sine over the frequency."""
+    if along is None:
+        return -0.0, -0.0
+    drive, d_drive = -sign * slip.loading, -sign * along.V
+    return oscillator_change(
+        slip.stiffness, drive, gap, rate, t, s, c, along.alpha, d_drive, 0.0, 0.0
+    )
+
+
+@kernel(inline=True, fused=True)
+def gap_bend(
+    constants: CoulombConstants,
+    along: Change | None,
+    gap_w: float,
+    gap_pull: float,
+    t: float,
+    s: float,
+    c: float,
+) -> tuple[float, float]:
+    """As `slip_bend`, the difference of two slipping blocks, whose end is given."""
+    if along is None:
+        return -0.0, -0.0
+    first_w = gap_w * c - gap_pull * s
+    first_pull = gap_pull * c + constants.spread * gap_w * s
+    return oscillator_change(
+        constants.spread, 0.0, first_w, first_pull, t, s, c, 2.0 * along.alpha, 0.0, 0.0, 0.0
+    )
+
+
+@kernel(inline=True, fused=True)
+def return_bend(along: Change | None, sign: float, gap: float) -> float:
+    """Differentiate half the square of the rate at a return, the start of the slip fixed."""
+    if along is None:
+        return -0.0
+    return gap * (0.5 * gap * along.alpha - sign * along.V)
+
+
+@kernel(inline=True, fused=True)
+def rider_change(slip: Slip, along: Change | None, t: float, gained: float) -> float:
+    """Differentiate the gain of a rider's force, its time and the slipper's gain fixed."""
+    if along is None:
+        return -0.0
+    # ride_time = V (1 + 2 alpha) / (1 + alpha), ride_force = alpha / (1 + alpha)
+    bent = slip.loading * t - gained
+    shared = along.alpha * slip.compliance * bent + (1.0 + 2.0 * slip.alpha) * along.V * t
+    return slip.compliance * shared
+
+
+@kernel(inline=True, fused=True)
+def value_change(constants: CoulombConstants, along: Change | None, value: float) -> float:
+    """Differentiate d, the needed forces fixed."""
+    return -0.0 if along is None else -2.0 * along.alpha * constants.narrow * value

@@ -59,6 +59,32 @@ def oscillator_sharp(
     return new_w, new_w_low + w_low + gain_low, new_pull, new_pull_low + pull_low - loss_low
 
 
+@kernel(inline=True)
+def oscillator_change(
+    stiffness: float,
+    drive: float,
+    w: float,
+    pull: float,
+    t: float,
+    s: float,
+    c: float,
+    d_stiffness: float,
+    d_drive: float,
+    d_w: float,
+    d_pull: float,
+) -> tuple[float, float]:
+    """As `oscillator_tangent`, from the sine over the frequency and the cosine."""
+    versed = (1.0 - c) / stiffness
+    d_c = -0.5 * t * s * d_stiffness
+    d_s = 0.5 * (t * c - s) / stiffness * d_stiffness
+    d_versed = (0.5 * t * s - versed) / stiffness * d_stiffness
+    gain, d_gain = stiffness * w + drive, d_stiffness * w + stiffness * d_w + d_drive
+    return (
+        d_w * c + w * d_c + d_pull * s + pull * d_s - d_drive * versed - drive * d_versed,
+        d_pull * c + pull * d_c - d_gain * s - gain * d_s,
+    )
+
+
 @kernel
 def oscillator_tangent(
     stiffness: float,
@@ -75,12 +101,4 @@ def oscillator_tangent(
     frequency = math.sqrt(stiffness)
     s, c = sincos(frequency * t)
     s /= frequency
-    versed = (1.0 - c) / stiffness
-    d_c = -0.5 * t * s * d_stiffness
-    d_s = 0.5 * (t * c - s) / stiffness * d_stiffness
-    d_versed = (0.5 * t * s - versed) / stiffness * d_stiffness
-    gain, d_gain = stiffness * w + drive, d_stiffness * w + stiffness * d_w + d_drive
-    return (
-        d_w * c + w * d_c + d_pull * s + pull * d_s - d_drive * versed - drive * d_versed,
-        d_pull * c + pull * d_c - d_gain * s - gain * d_s,
-    )
+    return oscillator_change(stiffness, drive, w, pull, t, s, c, d_stiffness, d_drive, d_w, d_pull)
