@@ -38,7 +38,10 @@ print("holds:", check_text(proof.text()).statement() == proof.statement)
 # %%
 # What the proof is about: the numbers as they are written, 0.35 is 35/100; and all orbits whose
 # points stay in the closed domain. What no ball can decide, an orbit exactly on a breakpoint or on
-# an end of the domain, or one at its fold, stays *undecided*: the statement names the interval.
+# an end of the domain, or one at its fold, stays *undecided*: the statement names the interval, and
+# so does ``proof.undecided``, empty where the list is complete. Where orbits fill an interval, or
+# hardly move apart in it, as beside a flip, nothing is proven of the list: a smaller ``max_period``
+# may go. Where a formula has no value, begin the domain later, or put a breakpoint.
 # More digits: ``digits=100``. One orbit alone: ``ss.certify(orbit, f)``. :doc:`/theory/proofs` has
 # the argument.
 #
@@ -49,12 +52,15 @@ print("holds:", check_text(proof.text()).statement() == proof.statement)
 #
 # What happens to the map as ``a`` varies:
 
-for found in ss.bifurcations(f, "a", (0.2, 0.9), max_period=4):
+listed = ss.bifurcations(f, "a", (0.2, 0.9), max_period=4)
+print(listed)  # its last lines say what stays open, and where longer cycles or chaos attract
+for found in listed:
     print(repr(found))
 
 # %%
-# ``print(repr(found))`` tells everything: what becomes of the orbits and of the attractors, and
-# what the normal form predicts. ``found.mechanism`` names an event of the motion behind an event
+# ``print(repr(found))`` tells everything: what becomes of the orbits and of the attractors (at the
+# two values where they were looked at; chaos "of period 2" has two bands), and what the normal
+# form predicts. ``found.mechanism`` names an event of the motion behind an event
 # map, such as a graze; for a map of your own it is empty, and the breakpoint is all there is to
 # name. Here the unstable fixed point reaches the jump at 0.2. For larger ``a`` the jump, filled
 # in, spans the diagonal, so that an infinitely unstable fixed point takes its place:

@@ -172,10 +172,13 @@ def test_an_orbit_on_a_breakpoint_or_an_end_stays_undecided():
         (ss.PiecewiseMap(["-0.1*x", "-0.5*x"], (-1, 1), breakpoints=[0]), 0),
         (logistic(3.7, (0, 1)), 0),
     ):
-        document = confirmed(ss.certify_orbits(f))
+        proof = ss.certify_orbits(f)
+        document = confirmed(proof)
         ((low, high),) = document["undecided"]
         assert float(low) < place < float(high)
         assert float(high) - float(low) < 1e-8
+        assert proof.undecided == ((float(low), float(high)),)
+        assert " has at least " in proof.statement
 
 
 def test_a_fold_stays_undecided():

@@ -65,6 +65,11 @@ class Certificate(Result):
             "radius": np.array([float(radius) for _, radius in pairs]),
         }
 
+    @property
+    def undecided(self) -> tuple[tuple[float, float], ...]:
+        """Intervals that a list of orbits leaves undecided: where there are none it is complete."""
+        return tuple((float(a), float(b)) for a, b in self.document.get("undecided", ()))
+
     def save(self, path: str | PathLike[str]) -> None:
         """Write the certificate as JSON, which ``stickslip verify`` checks again.
 

@@ -97,7 +97,8 @@ class Survey:
                 where = f"near {box.mid().str(6, radius=False)}"
                 raise Endless(
                     f"too many intervals stay undecided {where}: orbits of period {period} may "
-                    "fill them, or the map has no value there"
+                    "fill them, or hardly move apart there, or the map has no value; a smaller "
+                    "max_period, or another domain, may go"
                 )
 
     def _decided(self, region: Region, box: arb, period: int) -> bool:

@@ -265,7 +265,7 @@ class List(_Theorem, tag="list", frozen=True, kw_only=True):
             return f"On its whole domain the {of} has exactly {listed}."
         intervals = ", ".join(f"[{low}, {high}]" for low, high in self.undecided)
         return (
-            f"The {of} has {listed}. If it has more, all points of these lie in the undecided "
+            f"The {of} has at least {listed}. All points of others lie in the undecided "
             f"intervals {intervals}."
         )
 
