@@ -36,8 +36,8 @@ stickslip certify --preset coulomb --max-period 1 --json
 stickslip certify --preset coulomb --max-period 1 \\
     --along V --range 0.0366 0.0372
 stickslip certify --preset coulomb --basins 0.99 --out basins.json
-stickslip certify --alpha 3.007 --beta 0.6146 --V 0.0199 --friction coulomb:mu=0.542 \\
-    --entropy 0.6
+stickslip certify --alpha 3.007 --beta 0.6146 --V 0.0199 \\
+    --friction coulomb:mu=0.542 --entropy 0.6
 """
 
 CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")

@@ -100,7 +100,8 @@ def test_small_limits_give_up_and_say_so(stepper):
     assert np.all(few.status[longer] == EVENT_LIMIT)
     assert np.all(few.n_events[longer] == 2)
     np.testing.assert_array_equal(few.value[~longer], free.value[~longer])
-    short = float(np.median(free.duration))
+    # Many single slips last equally long, but for rounding, which two engines do differently.
+    short = float(np.median(free.duration)) * (1 + 1e-12)
     brief = ss.event_map(model, max_time=short).evaluate(d)
     late = free.duration > short
     assert 0 < late.sum() < late.size
