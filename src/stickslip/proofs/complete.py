@@ -97,7 +97,7 @@ class Survey:
                 where = f"near {box.mid().str(6, radius=False)}"
                 raise Endless(
                     f"too many intervals stay undecided {where}: orbits of period {period} may "
-                    "fill them, or hardly move apart there, or the map has no value; a smaller "
+                    "fill them, or hardly move apart, or the map has no value there; a smaller "
                     "max_period, or another domain, may go"
                 )
 
