@@ -709,8 +709,9 @@ class _Search:
         # Refused trials shrink the region that is trusted, until a step changes nothing.
         step = np.linalg.lstsq(found.jac.T @ found.jac, -found.grad)[0]
         step = np.clip(found.x + step, self.low, self.high) - found.x
-        refused = self.problem.answers(found.x + step) is None
-        return self.problem.refused if refused and -found.grad @ step > change * found.cost else ""
+        wanted = -found.grad @ step > change * found.cost  # at a minimum no motion is followed
+        refused = wanted and self.problem.answers(found.x + step) is None
+        return self.problem.refused if refused else ""
 
     def begin(self, n_starts: int) -> Floats:
         """Where to search: of many starts the best, each after a few steps."""

@@ -18,7 +18,7 @@ from stickslip.proofs.jump import proven_border
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import closing
 from stickslip.proofs.power import Setting, step
-from stickslip.proofs.system import decimal, fraction, number
+from stickslip.proofs.system import decimal, fraction, middle_of, number
 from stickslip.proofs.wave import Undecided
 
 FIRST: Final = 64  # steps over the range, to begin with
@@ -157,8 +157,7 @@ class Tube:
     def _place(self, d: arb, length: Fraction) -> Fraction:
         """Round a point to what the distance between two nodes asks for."""
         unit = Fraction(1, 10 ** (SPARE_PLACES - floor(log10(length))))
-        mantissa, exponent = d.mid().man_exp()
-        return round(int(mantissa) * Fraction(2) ** int(exponent) / unit) * unit
+        return round(middle_of(d) / unit) * unit
 
     def _proven(self, low: tuple[Fraction, Fraction], high: tuple[Fraction, Fraction]) -> str:
         """Prove that one orbit is in the tube between two nodes; the tube's radius."""

@@ -20,7 +20,7 @@ from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.proofs.jet import Jet, variables
 from stickslip.proofs.power import MapSetting, step
-from stickslip.proofs.system import decimal, number
+from stickslip.proofs.system import decimal, middle_of, number
 from stickslip.proofs.verify.words import HEAVIEST, MOST_INTERVALS
 from stickslip.proofs.wave import Undecided
 
@@ -79,7 +79,7 @@ def _images(setting: MapSetting, ends: Interval) -> list[Fraction]:
         )
     except Undecided:
         return []  # there may be no value
-    return [_exact(low.upper()), _exact(high.lower())]
+    return [middle_of(low.upper()), middle_of(high.lower())]
 
 
 def _covers(
@@ -115,11 +115,6 @@ def _continuous(setting: MapSetting, ends: Interval) -> bool:
 
 def _jet(x: arb) -> Jet:
     return variables([x.mid()], [x.rad()])[0]
-
-
-def _exact(x: arb) -> Fraction:
-    mantissa, exponent = x.mid().man_exp()
-    return int(mantissa) * Fraction(2) ** int(exponent)
 
 
 def _richest(covers: Graph) -> tuple[float, Indices, list[int]]:

@@ -84,6 +84,12 @@ def number(value: Fraction) -> arb:
     return arb(fmpq(value.numerator, value.denominator))
 
 
+def middle_of(x: arb) -> Fraction:
+    """Return the middle of a ball, exactly."""
+    mantissa, exponent = x.mid().man_exp()
+    return int(mantissa) * Fraction(2) ** int(exponent)
+
+
 def exact_parameters(
     system: object, exact: Mapping[str, Exact] | None = None
 ) -> dict[str, Fraction]:

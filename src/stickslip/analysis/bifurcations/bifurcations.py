@@ -330,7 +330,7 @@ class _Report:
         apart, widest = 1e-12 * survey.scale, BESIDE * survey.scale
         below = max((q for q in stops if q < value - apart), default=value - survey.scale)
         above = min((q for q in stops if q > value + apart), default=value + survey.scale)
-        down, up = (min(widest, 0.5 * apart) for apart in (value - below, above - value))
+        down, up = (min(widest, 0.5 * room) for room in (value - below, above - value))
         return value - share * down, value + share * up
 
     # ------------------------------------------------------------------ crises

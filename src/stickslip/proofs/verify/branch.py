@@ -8,10 +8,10 @@ from fractions import Fraction
 from functools import reduce
 from typing import Final, NamedTuple
 
-from flint import arb, arb_series, fmpq
+from flint import arb, arb_series
 
 from stickslip.proofs.verify.motion import Motion
-from stickslip.proofs.verify.words import Branch, Refused, fraction
+from stickslip.proofs.verify.words import Branch, Refused, enclosed, fraction
 
 FINEST: Final = 8  # halvings of the part of the parameter between two nodes
 WHOLE: Final = 3  # the first of them, in which the tube is not cut lengthwise
@@ -53,7 +53,7 @@ def check_branch(values: dict[str, str], names: tuple[str, ...], c: Branch) -> N
 def in_tube(c: Branch, p: arb, x: arb) -> bool:
     """Whether a point lies in the tube, at a value of the parameter that it reaches."""
     for stretch in _stretches(c):
-        low, high, start, slope, radius = (_number(each) for each in stretch)
+        low, high, start, slope, radius = (enclosed(each) for each in stretch)
         if low <= p <= high:
             return bool(abs(x - start - slope * (p - low)) < radius)
     return False
@@ -65,7 +65,7 @@ def tube_around(c: Branch, low: Fraction, high: Fraction) -> arb:
     for stretch in _stretches(c):
         if stretch.low <= high and stretch.high >= low:
             for p in (max(stretch.low, low), min(stretch.high, high)):
-                found.append(_number(stretch.line(p)) + arb(0, _number(stretch.radius).upper()))
+                found.append(enclosed(stretch.line(p)) + arb(0, enclosed(stretch.radius).upper()))
     return reduce(arb.union, found)
 
 
@@ -80,9 +80,9 @@ def _holds(
 ) -> None:
     """Refuse unless a tube holds one orbit, as stated, for each value of the parameter."""
     middle = (tube.low + tube.high) / 2
-    along = arb(0, _number(tube.high - middle).upper())
+    along = arb(0, enclosed(tube.high - middle).upper())
     p, x, slope, radius = (
-        _number(each) for each in (middle, tube.line(middle), tube.slope, tube.radius)
+        enclosed(each) for each in (middle, tube.line(middle), tube.slope, tube.radius)
     )
     still, fixed, varied = (
         Motion(values, **dict.fromkeys(names, each))
@@ -121,7 +121,3 @@ def _holds(
     # f^p(d) - d is monotone across the tube, and has opposite signs on its two sides.
     if not abs(miss) < radius * abs(multiplier - 1):
         raise Refused("the orbit is not shown to be in the tube")
-
-
-def _number(x: Fraction) -> arb:
-    return arb(fmpq(x.numerator, x.denominator))

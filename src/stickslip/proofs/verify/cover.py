@@ -9,11 +9,19 @@ from fractions import Fraction
 from functools import cache
 from typing import Final
 
-from flint import arb, arb_series, fmpq
+from flint import arb, arb_series
 
 from stickslip.proofs.verify.branch import check_branch, tube_around
 from stickslip.proofs.verify.motion import Motion
-from stickslip.proofs.verify.words import Attractor, Basins, Curves, Refused, fraction
+from stickslip.proofs.verify.words import (
+    Attractor,
+    Basins,
+    Curves,
+    Refused,
+    enclosed,
+    fraction,
+    middle_of,
+)
 
 FINEST: Final = 13  # halvings of the parameter's interval
 NARROW: Final = 1e-7  # interval of d at which the part is halved instead
@@ -33,7 +41,7 @@ class _System:
             self.still = self.all = Motion(values)
             self.reach = arb(0)
             return
-        middle, half = _number((span[0] + span[1]) / 2), _number((span[1] - span[0]) / 2)
+        middle, half = enclosed((span[0] + span[1]) / 2), enclosed((span[1] - span[0]) / 2)
         self.reach = arb(0, half.upper() + middle.rad())
         between = middle.mid() + self.reach
         self.still, self.all, self._varied = (
@@ -144,7 +152,7 @@ def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> N
     halves = cache(_System.halves)
     end = system.all.end
     for low, high in (*(a.interval for a in c.attractors), *(cell[:2] for cell in c.cells)):
-        if not (-end <= _number(fraction(low)) and _number(fraction(high)) <= end):
+        if not (-end <= enclosed(fraction(low)) and enclosed(fraction(high)) <= end):
             raise Refused(f"[{low}, {high}] is not in the domain")
     covered = []
     for attractor in c.attractors:
@@ -163,7 +171,7 @@ def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> N
         _everywhere(goes, system, halves, ends)
         covered[k].add(*ends)
     for union, attractor in zip(covered, c.attractors, strict=True):
-        if not _number(union.length) >= 2 * end * _number(fraction(attractor.share)):
+        if not enclosed(union.length) >= 2 * end * enclosed(fraction(attractor.share)):
             raise Refused(f"the share is stated as {attractor.share}, and is not proven")
 
 
@@ -206,7 +214,7 @@ def _everywhere(
     while waiting:
         system, (low, high), left = waiting.pop()
         try:
-            test(system, _number(low).union(_number(high)))
+            test(system, enclosed(low).union(enclosed(high)))
         except Refused:
             if not left:
                 raise
@@ -238,7 +246,7 @@ class _Union:
         """Whether a ball is proven to lie in it."""
         if not x.is_finite():
             return False
-        low, high = (_exact(end) for end in (x.lower(), x.upper()))
+        low, high = (middle_of(end) for end in (x.lower(), x.upper()))
         k = bisect.bisect_right(self._lows, low) - 1
         return k >= 0 and high <= self._highs[k]
 
@@ -253,12 +261,3 @@ def _halved(box: arb) -> Iterator[arb]:
     half = box.rad() / 2
     for sign in (-1, 1):
         yield box.mid() + sign * half + arb(0, half)
-
-
-def _exact(x: arb) -> Fraction:
-    mantissa, exponent = x.mid().man_exp()
-    return int(mantissa) * Fraction(2) ** int(exponent)
-
-
-def _number(x: Fraction) -> arb:
-    return arb(fmpq(x.numerator, x.denominator))

@@ -9,9 +9,9 @@ from itertools import pairwise
 from math import inf
 from typing import Any, Final, NamedTuple
 
-from flint import arb, arb_series, fmpq
+from flint import arb, arb_series
 
-from stickslip.proofs.verify.words import Formulas, Refused, ball
+from stickslip.proofs.verify.words import Formulas, Refused, ball, enclosed
 
 DEEPEST: Final = 60
 LONGEST_EXPONENT: Final = 4  # with its sign, of a number
@@ -120,10 +120,6 @@ def _number(text: str) -> Fraction:
     return Fraction(int(text.replace("_", ""), base=0))
 
 
-def _exact(value: Fraction) -> arb:
-    return arb(fmpq(value.numerator, value.denominator))
-
-
 def _computed(nodes: list[_Node], values: Mapping[str, Any]) -> Any:
     """Compute a formula in balls, or in power series where x is one."""
     known: list[Any] = []
@@ -131,7 +127,7 @@ def _computed(nodes: list[_Node], values: Mapping[str, Any]) -> Any:
         parts = [known[part] for part in node.parts]
         match node.operation:
             case "number":
-                known.append(_exact(node.value))
+                known.append(enclosed(node.value))
             case "name":
                 known.append(values[node.value])
             case "negative":

@@ -7,9 +7,9 @@ import itertools
 from fractions import Fraction
 from typing import Any, Final
 
-from flint import arb, fmpq
+from flint import arb
 
-from stickslip.proofs.verify.words import Horseshoe, Refused, fraction
+from stickslip.proofs.verify.words import Horseshoe, Refused, enclosed, fraction, middle_of
 
 CUTS: Final = 48  # halvings of an interval on which the map is to be continuous
 MOST_PARTS: Final = 20_000
@@ -25,12 +25,12 @@ def check_horseshoe(motion: Any, c: Horseshoe) -> None:
     if any(a >= b for a, b in itertools.pairwise(ends)):
         raise Refused("the intervals are not apart, from left to right")
     sums = [0, *itertools.accumulate(weight for *_, weight in c.intervals)]
-    growth = _number(fraction(c.entropy)).exp()
+    growth = enclosed(fraction(c.entropy)).exp()
     for low, high, (*_, weight) in zip(lows, highs, c.intervals, strict=True):
         _continuous(motion, low, high)
-        a, b = sorted((motion.step(_number(end))[1] for end in (low, high)), key=arb.mid)
-        first = bisect.bisect_left(lows, _exact(a.upper()))
-        last = bisect.bisect_right(highs, _exact(b.lower()))
+        a, b = sorted((motion.step(enclosed(end))[1] for end in (low, high)), key=arb.mid)
+        first = bisect.bisect_left(lows, middle_of(a.upper()))
+        last = bisect.bisect_right(highs, middle_of(b.lower()))
         covered = sums[last] - sums[first] if first < last else 0
         if not arb(covered) >= growth * weight:
             raise Refused(
@@ -44,7 +44,7 @@ def _continuous(motion: Any, low: Fraction, high: Fraction) -> None:
     waiting, parts = [(low, high, CUTS)], 0
     while waiting:
         low, high, left = waiting.pop()
-        x = _number(low).union(_number(high))
+        x = enclosed(low).union(enclosed(high))
         try:
             if not motion.inside(x):
                 raise Refused(f"{x.str(12)} is not shown to be in the domain")
@@ -55,12 +55,3 @@ def _continuous(motion: Any, low: Fraction, high: Fraction) -> None:
                 raise
             middle = (low + high) / 2
             waiting += [(middle, high, left - 1), (low, middle, left - 1)]
-
-
-def _exact(x: arb) -> Fraction:
-    mantissa, exponent = x.mid().man_exp()
-    return int(mantissa) * Fraction(2) ** int(exponent)
-
-
-def _number(x: Fraction) -> arb:
-    return arb(fmpq(x.numerator, x.denominator))

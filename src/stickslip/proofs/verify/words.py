@@ -484,21 +484,29 @@ def fraction(text: str) -> Fraction:
         raise Refused(f"{text!r} is not a number") from None
 
 
+def enclosed(x: Fraction) -> arb:
+    """Enclose an exact number at the precision at hand."""
+    return arb(fmpq(x.numerator, x.denominator))
+
+
+def middle_of(x: arb) -> Fraction:
+    """Return the middle of a ball, exactly."""
+    mantissa, exponent = x.mid().man_exp()
+    return int(mantissa) * Fraction(2) ** int(exponent)
+
+
 def ball(text: str) -> arb:
     """Read ``decimal``, ``p/q`` or ``decimal +/- radius`` exactly."""
     middle, _, radius = text.partition(" +/- ")
     exact, width = fraction(middle), fraction(radius or "0")
-    ends = [arb(fmpq(x.numerator, x.denominator)) for x in (exact - width, exact + width)]
+    ends = [enclosed(x) for x in (exact - width, exact + width)]
     return ends[0].union(ends[1]) if width else ends[0]
 
 
 def rounded(x: arb, digits: int) -> str:
     """Write a ball as ``decimal +/- radius``, the radius half a unit of the last digit."""
     # Up to three more digits where the last could not be told: so a number has one form only.
-    mantissa, exponent = x.mid().man_exp()
-    middle = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-    mantissa, exponent = x.rad().man_exp()
-    radius = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    middle, radius = middle_of(x), middle_of(x.rad())
     size = floor(log10(abs(middle))) if abs(middle) > radius else 0
     several = range(max(digits - 1 - size, 1), digits + 4 - size)
     # The second try is for those near half a unit at each of these places, as 6/11 is.
