@@ -305,6 +305,19 @@ def test_a_lost_connection_is_told_and_taken_up_again(explorer):
     assert explorer.inked("map") > 8
 
 
+def test_an_answer_that_arrives_leaves_what_is_being_typed(explorer):
+    field = explorer.page.locator(".controls input[name='alpha']:visible")
+    before = field.input_value()
+    field.fill("1.25")
+    again = "() => explorer.store.replace({ ...explorer.state })"
+    explorer.page.evaluate(again)
+    assert field.input_value() == "1.25"
+    field.fill("")
+    field.blur()
+    explorer.page.evaluate(again)
+    assert field.input_value() == before
+
+
 def test_a_formula_of_ones_own(explorer):
     explorer.show("preset=oscillator")
     explorer.page.locator("select[aria-label='Friction law']").select_option("formula")
@@ -327,6 +340,7 @@ def test_a_formula_of_ones_own(explorer):
     force = explorer.page.evaluate("() => [...explorer.answers.get('law').parts[0].arrays.force]")
     s = explorer.page.evaluate("() => [...explorer.answers.get('law').parts[0].arrays.s]")
     np.testing.assert_allclose(force, 1 / (1 + 3 * np.array(s)), rtol=1e-15)
+    explorer.page.wait_for_function('() => decodeURIComponent(location.hash).includes(`"a":3`)')
     explorer.page.reload()
     explorer.page.wait_for_selector("html[data-ready]")
     explorer.settle()

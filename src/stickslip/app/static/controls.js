@@ -5,7 +5,7 @@
  * @import {Model, Parameter, Preset, State} from "./types.js"
  * @import {Player} from "./player.js"
  */
-import { element, iconButton, playButton } from "./dom.js";
+import { element, iconButton, playButton, write } from "./dom.js";
 import {
   FORMULA,
   blockCount,
@@ -152,7 +152,7 @@ export class Controls {
     shows.push((state) => {
       const value = get(state);
       slider.show(value);
-      if (typed.valueAsNumber !== value || typed.value === "") typed.value = String(value);
+      if (typed.valueAsNumber !== value || typed.value === "") write(typed, String(value));
     });
     const word = element("span", { class: "word", "aria-hidden": "true" }, one.meaning);
     return element(
@@ -215,7 +215,7 @@ export class Controls {
         set(values);
       },
     });
-    shows.push((state) => (field.value = get(state).join(", ")));
+    shows.push((state) => write(field, get(state).join(", ")));
     return element("div", { class: "row wide", title: one.meaning }, symbolOf(one), field);
   }
 
@@ -359,7 +359,7 @@ export class Controls {
       spellcheck: "false",
       onchange: () => put(withFormula(now(app.state), typed.value)),
     });
-    this.changing.push((state) => (typed.value = now(state).law));
+    this.changing.push((state) => write(typed, now(state).law));
     const symbol = element("span", { class: "symbol", "aria-hidden": "true" }, "F");
     return [row, element("div", { class: "row wide", title: "in the slip speed s" }, symbol, typed)];
   }
@@ -407,7 +407,7 @@ export class Controls {
     );
     this.fixed.push(({ diagram }) => {
       this.along.value = diagram.parameter;
-      ends.forEach((input, end) => (input.value = String(diagram.range[end])));
+      ends.forEach((input, end) => write(input, String(diagram.range[end])));
     });
     const play = playButton("Play along the parameter", () => player.toggle());
     player.onchange = (playing) => play.setAttribute("aria-pressed", String(playing));

@@ -17,6 +17,21 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** @type {EventTarget | null} What somebody is typing in and has not entered yet. */
+let edited = null;
+document.addEventListener("input", ({ target }) => (edited = target), true);
+for (const end of ["change", "focusout"]) {
+  document.addEventListener(end, () => (edited = null), true);
+}
+
+/**
+ * Show a value in a field, but never over what somebody is typing there.
+ * @param {HTMLInputElement} field @param {string} text
+ */
+export function write(field, text) {
+  if (field !== edited) field.value = text;
+}
+
 const PATHS = {
   save: "M8 2v8M4.5 7 8 10.5 11.5 7M3 13.5h10",
   play: "M5 3v10l8-5z",
