@@ -260,11 +260,7 @@ export class MechanismView extends View {
     c.lineWidth = 1.5;
     c.strokeStyle = of.ink;
     c.stroke();
-    c.textAlign = "center";
-    c.textBaseline = "middle";
-    c.font = `600 13px ${SANS}`;
-    c.fillStyle = of.ink;
-    c.fillText(String(body + 1), centre, floor - RAISED - 0.5 * side);
+    this.#number(body, centre, floor - RAISED - 0.5 * side, wide, of.ink);
   }
 
   /** @param {any} at @param {number} left @param {number} right @param {number} shift @param {number} V */
@@ -345,7 +341,7 @@ export class MechanismView extends View {
    * @param {boolean} rides
    * @param {number} w
    */
-  #block({ floor, side, wide }, block, centre, rides, w) {
+  #block({ floor, side, wide, spacing }, block, centre, rides, w) {
     const c = this.plot.context;
     const of = colors();
     const left = centre - wide / 2;
@@ -358,21 +354,27 @@ export class MechanismView extends View {
     c.setLineDash(rides ? [] : [6, 3]);
     c.stroke();
     c.setLineDash([]);
+    const ink = rides ? of.panel : of.ink;
+    c.font = `11px ${SANS}`;
+    const worded = side > 26 && c.measureText("stick").width < wide - 4; // colours say it, too
+    this.#number(block, centre, floor - (worded ? 0.66 : 0.5) * side, wide, ink);
+    c.font = `11px ${SANS}`;
+    if (worded) c.fillText(rides ? "stick" : "slip", centre, floor - 0.3 * side);
+    if (rides) return;
+    const length = Math.min(30, 0.6 * spacing, 10 + 40 * Math.abs(w));
+    arrow(c, centre, floor - side - 7, centre + Math.sign(w) * length, of.slip);
+  }
+
+  /** A body's number, as large as it has room for, if any. @param {number} body @param {number} x @param {number} y @param {number} wide @param {string} ink */
+  #number(body, x, y, wide, ink) {
+    const c = this.plot.context;
+    const size = Math.min(13, Math.round(0.6 * wide));
     c.textAlign = "center";
     c.textBaseline = "middle";
-    c.font = `600 13px ${SANS}`;
-    c.fillStyle = rides ? of.panel : of.ink;
-    c.fillText(String(block + 1), centre, floor - 0.66 * side);
-    c.font = `11px ${SANS}`;
-    c.fillText(rides ? "stick" : "slip", centre, floor - 0.3 * side);
-    if (!rides)
-      arrow(
-        c,
-        centre,
-        floor - side - 7,
-        centre + Math.sign(w) * Math.min(30, 10 + 40 * Math.abs(w)),
-        of.slip,
-      );
+    if (size < 7) return;
+    c.font = `600 ${size}px ${SANS}`;
+    c.fillStyle = ink;
+    c.fillText(String(body + 1), x, y);
   }
 }
 

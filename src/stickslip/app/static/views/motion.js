@@ -245,6 +245,8 @@ export class PlaneView extends View {
   }
 }
 
+const NUMBER = 11; // height of a lane's number, pixels
+
 /** A lane for each block: a bar while it rides, a line while it slips; click to go to that time. */
 export class Timeline {
   /** @param {App} app @param {HTMLElement} host */
@@ -303,18 +305,19 @@ export class Timeline {
     }
   }
 
-  /** The blocks' numbers, left of their lanes. */
+  /** The blocks' numbers, left of their lanes, as many as there is room for. */
   numbers() {
     const { arrays } = this.app.clock;
     if (!arrays) return;
     const { context, left, top, bottom } = this.plot;
     const count = arrays.mode.length / arrays.t.length;
-    context.font = `600 11px ${SANS}`;
+    context.font = `600 ${NUMBER}px ${SANS}`;
     context.fillStyle = colors().ink;
     context.textAlign = "right";
     context.textBaseline = "middle";
-    for (let block = 0; block < count; block++) {
-      context.fillText(String(block + 1), left - 6, top + ((bottom - top) * (block + 0.5)) / count);
+    const lane = (bottom - top) / count;
+    for (let block = 0; block < count; block += Math.ceil(NUMBER / lane)) {
+      context.fillText(String(block + 1), left - 6, top + lane * (block + 0.5));
     }
   }
 }
