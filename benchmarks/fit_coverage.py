@@ -38,13 +38,16 @@ def noisy(values: Any, rng: np.random.Generator) -> tuple[Any, float]:
     return values + rng.normal(scale=sigma, size=values.shape), sigma
 
 
-def record(n: int, t_end: float, **start: Any) -> Callable[[Any, np.random.Generator], Any]:
-    """Displacements at equally spaced times."""
+def record(
+    n: int, t_end: float, begin: float = 0.0, released: bool = False, **start: Any
+) -> Callable[[Any, np.random.Generator], Any]:
+    """Displacements at equally spaced times; whether it is told that the first is a release."""
 
     def measure(model: Any, rng: np.random.Generator) -> Any:
-        t = np.linspace(0.0, t_end, n)
+        t = np.linspace(begin, t_end, n)
         x, sigma = noisy(ss.simulate(model, **start, t_end=t_end).x(t), rng)
-        return ss.Record(t, x, sigma=sigma)
+        known = {"d": float(x[0, 1] - x[0, 0]), "free_start": True} if released else {}
+        return ss.Record(t, x, sigma=sigma, **known)
 
     return measure
 
@@ -98,7 +101,10 @@ CASES = {
         ("mu", "speed", "damping"),
         record(600, 60.0, x=[0.0], v=[0.0]),
     ),
-    "coulomb": Case(ss.examples.coulomb(), ("mu", "V"), record(600, 60.0, d=0.1)),
+    "coulomb": Case(ss.examples.coulomb(), ("mu", "V"), record(600, 70.0, 10.0, d=0.1)),
+    "coulomb release": Case(
+        ss.examples.coulomb(), ("mu", "V"), record(600, 60.0, released=True, d=0.1)
+    ),
     "coulomb map": Case(ss.examples.coulomb(), ("mu", "alpha"), points(50), 256),
     "drill string": Case(DRILL_STRING, ("mu_1", "speed_1", "static_1"), speeds(300, 30.0)),
     "law9": Case(ss.examples.law9(), ("gamma", "alpha"), record(600, 60.0, d=0.38)),

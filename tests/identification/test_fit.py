@@ -54,6 +54,85 @@ def test_two_blocks_are_recovered_with_the_speed_of_the_belt() -> None:
     assert 0.8 < found.chi2 / found.n_free < 1.2
 
 
+@pytest.mark.parametrize(
+    ("begin", "seed", "factors"), [(10, 3, (0.7, 1.3)), (10, 12, (1.3, 1.3)), (0, 0, (0.7, 0.7))]
+)
+def test_a_record_of_blocks_that_ride_for_long(
+    begin: float, seed: int, factors: tuple[float, float]
+) -> None:
+    # Kinetic friction does not hold what static friction does: no start may let a riding block go.
+    model = ss.examples.coulomb()
+    t = np.linspace(begin, begin + 60.0, 600)
+    x = ss.simulate(model, d=0.1, t_end=t[-1]).x(t)
+    sigma = 0.01 * float(x.std(axis=0).max())
+    x = x + np.random.default_rng([2, seed]).normal(scale=sigma, size=x.shape)
+    released = {} if begin else {"d": x[0, 1] - x[0, 0], "free_start": True}
+    data = ss.Record(t, x, sigma=sigma, **released)
+    true = {name: model.parameters[name] for name in ("mu", "V")}
+    begun = {name: factor * true[name] for name, factor in zip(true, factors, strict=True)}
+    found = ss.fit(model.replace(**begun), data, tuple(true))
+    assert found.message == "converged"
+    assert found.pieces == 1
+    assert inside(found, true)
+
+
+def test_the_velocity_of_a_riding_block_is_no_unknown() -> None:
+    model, t = ss.examples.coulomb(), np.linspace(10.0, 70.0, 601)
+    motion = ss.simulate(model, d=0.1, t_end=70.0)
+    term = term_of(ss.Record(t, motion.x(t)), model, 20)
+    rides = motion.v(t[term.first]) == model.V
+    assert rides.any()
+    assert (~rides).any()
+    moves = np.array(term.moves)
+    assert moves[:, :2].all()
+    assert (moves[:, 2:] == ~rides).all()
+    states = term.states(model, term.start).reshape(-1, 4)
+    assert (states[:, 2:][rides] == model.V).all()
+    assert term.n_unknown == moves[0].sum()
+    smooth = ss.examples.law9()  # static and kinetic friction are one at rest: nothing is lost
+    seen = ss.Record(t, ss.simulate(smooth, d=0.38, t_end=70.0).x(t))
+    assert np.array(term_of(seen, smooth, 20).moves).all()
+
+
+def test_each_value_has_an_error_of_its_own(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    law, rng = ss.Stribeck(mu=0.5, speed=0.3), np.random.default_rng(3)
+    s, sigma = np.linspace(0.05, 2.0, 80), np.where(np.arange(80) % 2, 0.2, 1e-3)
+    force = law.force(s) + sigma * rng.normal(size=80)
+    begun = BLOCK.replace(mu=0.6, speed=0.25)
+    found = ss.fit(begun, ss.ForcePoints(s, force, sigma=sigma), ["mu", "speed"])
+    good = sigma < 0.1
+    alone = ss.fit(begun, ss.ForcePoints(s[good], force[good], sigma=1e-3), ["mu", "speed"])
+    np.testing.assert_allclose(found.values, alone.values, atol=2e-4)
+    assert inside(found, {"mu": 0.5, "speed": 0.3})
+    assert 0.6 < found.chi2 / found.n_free < 1.4
+    rows = zip(s, force, sigma, strict=True)
+    path = tmp_path / "contact.csv"
+    path.write_text(
+        "speed,force,sigma\n" + "\n".join(",".join(map(repr, map(float, row))) for row in rows)
+    )
+    again = ss.fit(begun, ss.read_measurements(path), ["mu", "speed"])
+    assert (again.values == found.values).all()
+    x = ss.simulate(BLOCK, [0.0], [0.0], t_end=T[-1]).x(T)
+    whole = ss.fit(BLOCK, ss.Record(T, x, sigma=0.01), ["mu"])
+    each = ss.fit(BLOCK, ss.Record(T, x, sigma=np.full(len(T), 0.01)), ["mu"])
+    assert (whole.values == each.values).all()
+    assert (whole.covariance == each.covariance).all()
+
+
+@pytest.mark.parametrize(
+    ("sigma", "told"),
+    [
+        ([0.1, 0.1], r"sigma has the shape \(2,\), and there are 3 rows"),
+        ([0.1, 0.0, 0.1], "sigma = 0: standard errors are > 0"),
+        ([0.1, np.nan, 0.1], r"sigma\[1, 0\] = .*nan.* is not a finite number"),
+        (np.ones((3, 2)), "sigma has 2 columns: 1, or as many as the data, 1"),
+    ],
+)
+def test_bad_errors_are_refused(sigma, told: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(ValueError, match=told):
+        ss.ForcePoints([0.1, 0.2, 0.3], [0.5, 0.4, 0.3], sigma=sigma)
+
+
 def test_velocities_of_one_block_with_a_known_start() -> None:
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
     v, sigma = noisy(ss.simulate(model, d=0.1, t_end=60).v(T)[:, 1:])

@@ -74,8 +74,8 @@ def fit(
         Units of the files, such as SI: m=2 k=800 fs1=4, or `model` for the model file's own;
         numbers are those of the model if not given.
     sigma
-        Standard error of a measured value, in the units of the files; estimated from the scatter
-        about the fit if not given.
+        Standard error of a measured value, in the units of the files; without it those of a column
+        of that name, or estimated from the scatter about the fit.
     sigma_v
         That of a velocity.
     bounds

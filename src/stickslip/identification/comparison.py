@@ -192,7 +192,11 @@ def _parts(found: Fit) -> Iterator[tuple[list[tuple[Data, Floats]], Data]]:
         for k in range(min(FOLDS, len(order))):
             out = np.isin(np.arange(len(order)), order[k::FOLDS])
             kept, other = (
-                replace(one, sigma=sigma, **{name: getattr(one, name)[rows] for name in one._axes})
+                replace(
+                    one,
+                    sigma=sigma[rows],
+                    **{name: getattr(one, name)[rows] for name in one._axes},
+                )
                 for rows in (~out, out)
             )
             yield [(kept, found.starts[0])], other

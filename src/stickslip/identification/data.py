@@ -32,7 +32,7 @@ FEWEST = 5  # points of a record: fewer tell no start and nothing else
 class _Measured:
     """Checked values in a frozen dataclass, and what they are in other units."""
 
-    sigma: float | None
+    sigma: Any
     _quantities: ClassVar[Mapping[str, Quantity]]
     _axes: ClassVar[tuple[str, str]]  # what was measured over what
 
@@ -43,14 +43,14 @@ class _Measured:
         return name, np.asarray(getattr(self, name, np.arange(1.0, len(values) + 1.0)))
 
     @property
-    def rows(self) -> list[tuple[str, Floats, float]]:
-        """Name, values (n, k) and standard error of what was measured, a guess if not given."""
+    def rows(self) -> list[tuple[str, Floats, Floats]]:
+        """Name, values (n, k) and standard errors of what was measured, guesses if not given."""
         values = np.asarray(getattr(self, self._axes[1]))[:, None]
-        return [(self._axes[1], values, self.sigma or guessed(values))]
+        return [(self._axes[1], values, _errors(self.sigma, values))]
 
     @property
     def is_weighed(self) -> bool:
-        """Whether the standard error is given."""
+        """Whether standard errors are given."""
         return self.sigma is not None
 
     def to_dimensionless(self, units: Units) -> Self:
@@ -101,9 +101,9 @@ class Record(_Measured):
         Displacements and velocities of k blocks, at least one of the two.
     blocks : sequence of int, optional
         Which blocks they are, counted from 1; without it the first k.
-    sigma, sigma_v : float, optional
-        Standard error of a displacement and of a velocity, > 0; without it the scatter is
-        estimated from the residuals.
+    sigma, sigma_v : float or array_like of float, optional
+        Standard error of a displacement and of a velocity, > 0, or one for each time, (n,), or for
+        each number, (n, k); without it the scatter is estimated from the residuals.
     x0, v0 : array_like of float, shape (N,), optional
         State that the motion starts from; without it the start is estimated, too.
     d : float or array_like of float, optional
@@ -131,8 +131,8 @@ class Record(_Measured):
     x: Any = None
     v: Any = None
     blocks: tuple[int, ...] = ()
-    sigma: float | None = None
-    sigma_v: float | None = None
+    sigma: Any = None
+    sigma_v: Any = None
     x0: Any = None
     v0: Any = None
     d: Any = None
@@ -172,8 +172,8 @@ class Record(_Measured):
             t=t,
             **found,
             blocks=blocks,
-            sigma=_sigma("sigma", self.sigma),
-            sigma_v=_sigma("sigma_v", self.sigma_v),
+            sigma=_sigma("sigma", self.sigma, len(t), n),
+            sigma_v=_sigma("sigma_v", self.sigma_v, len(t), n),
             **_start(self),
         )
 
@@ -184,11 +184,11 @@ class Record(_Measured):
         return all(values is None or sigma is not None for values, sigma in pairs)
 
     @property
-    def rows(self) -> list[tuple[str, Floats, float]]:
+    def rows(self) -> list[tuple[str, Floats, Floats]]:
         """Displacements, then velocities."""
         each = (("x", self.x, self.sigma), ("v", self.v, self.sigma_v))
         return [
-            (name, np.asarray(values), sigma or guessed(np.asarray(values)))
+            (name, np.asarray(values), _errors(sigma, np.asarray(values)))
             for name, values, sigma in each
             if values is not None
         ]
@@ -207,7 +207,7 @@ class EventTimes(_Measured):
     kind : {"stick", "slip backward", "slip forward"}
     block : int
         Counted from 1.
-    sigma : float, optional
+    sigma : float or array_like of float, optional
         As in `Record`.
     x0, v0, d, free_start
         Start of the motion, as in `Record`; it must be given, at least as a guess.
@@ -221,7 +221,7 @@ class EventTimes(_Measured):
     times: Any
     kind: Literal["stick", "slip backward", "slip forward"] = "stick"
     block: int = 1
-    sigma: float | None = None
+    sigma: Any = None
     x0: Any = None
     v0: Any = None
     d: Any = None
@@ -246,7 +246,9 @@ class EventTimes(_Measured):
                 "or d, with free_start=True if they are guesses"
             )
         block = whole_number("block", self.block)
-        self._store(times=times, block=block, sigma=_sigma("sigma", self.sigma), **start)
+        self._store(
+            times=times, block=block, sigma=_sigma("sigma", self.sigma, len(times)), **start
+        )
 
 
 @suggests
@@ -261,7 +263,7 @@ class MapPoints(_Measured):
         ``X_2 - X_1`` in a global stick phase.
     value : array_like of float, shape (n,)
         That of the next one.
-    sigma : float, optional
+    sigma : float or array_like of float, optional
         Standard error of `value`, as in `Record`.
 
     Raises
@@ -281,7 +283,7 @@ class MapPoints(_Measured):
 
     d: Any
     value: Any
-    sigma: float | None = None
+    sigma: Any = None
     _axes: ClassVar = ("d", "value")
     _quantities: ClassVar[Mapping[str, Quantity]] = dict.fromkeys(
         ("d", "value", "sigma"), "displacement"
@@ -289,7 +291,8 @@ class MapPoints(_Measured):
 
     def __post_init__(self) -> None:
         """Check every number."""
-        self._store(**_pairs(self, *self._axes), sigma=_sigma("sigma", self.sigma))
+        pairs = _pairs(self, *self._axes)
+        self._store(**pairs, sigma=_sigma("sigma", self.sigma, len(pairs["d"])))
 
 
 @suggests
@@ -304,7 +307,7 @@ class ForcePoints(_Measured):
         Slip speeds >= 0, in the model's units.
     force : array_like of float, shape (n,)
         Friction over the static limit of the contact.
-    sigma : float, optional
+    sigma : float or array_like of float, optional
         Standard error of `force`, as in `Record`.
     block : int
         Contact, counted from 1.
@@ -319,7 +322,7 @@ class ForcePoints(_Measured):
 
     speed: Any
     force: Any
-    sigma: float | None = None
+    sigma: Any = None
     block: int = 1
     forward: bool = False
     _axes: ClassVar = ("speed", "force")
@@ -334,7 +337,8 @@ class ForcePoints(_Measured):
         if pairs["speed"].min() < 0.0:
             raise ValueError(f"speed = {pairs['speed'].min():.6g}: slip speeds are >= 0")
         block, forward = whole_number("block", self.block), flag("forward", self.forward)
-        self._store(**pairs, sigma=_sigma("sigma", self.sigma), block=block, forward=forward)
+        sigma = _sigma("sigma", self.sigma, len(pairs["speed"]))
+        self._store(**pairs, sigma=sigma, block=block, forward=forward)
 
 
 @suggests
@@ -349,7 +353,7 @@ class CyclePeriods(_Measured):
         Speeds of the belt.
     period : array_like of float, shape (n,)
         Of the steady motion there, > 0.
-    sigma : float, optional
+    sigma : float or array_like of float, optional
         Standard error of `period`, as in `Record`.
 
     Raises
@@ -372,7 +376,7 @@ class CyclePeriods(_Measured):
 
     V: Any
     period: Any
-    sigma: float | None = None
+    sigma: Any = None
     _axes: ClassVar = ("V", "period")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         "V": "velocity",
@@ -384,20 +388,20 @@ class CyclePeriods(_Measured):
         pairs = _pairs(self, *self._axes)
         if pairs["period"].min() <= 0.0:
             raise ValueError(f"period = {pairs['period'].min():.6g}: periods are > 0")
-        self._store(**pairs, sigma=_sigma("sigma", self.sigma))
+        self._store(**pairs, sigma=_sigma("sigma", self.sigma, len(pairs["V"])))
 
 
 Data: TypeAlias = Record | EventTimes | MapPoints | ForcePoints | CyclePeriods
 
 
-def compared(data: Data, fitted: Floats) -> Iterator[tuple[str, Floats, Floats, Floats, float]]:
-    """Yield what was measured, over what, in its order; what a model gives; standard error."""
+def compared(data: Data, fitted: Floats) -> Iterator[tuple[str, Floats, Floats, Floats, Floats]]:
+    """Yield what was measured, over what, in its order; what a model gives; standard errors."""
     _, at = data.abscissa
     order, end = np.argsort(at, kind="stable"), 0
     for name, values, sigma in data.rows:
         begin, end = end, end + values.size
         model = fitted[begin:end].reshape(values.shape)
-        yield name, at[order], values[order], model[order], sigma
+        yield name, at[order], values[order], model[order], sigma[order]
 
 
 def series(name: str, values: object) -> Floats:
@@ -408,13 +412,13 @@ def series(name: str, values: object) -> Floats:
     return _finite(name, array)
 
 
-def columns(name: str, values: object, n: int) -> Floats:
+def columns(name: str, values: object, n: int, what: str = "times") -> Floats:
     """Return n rows of numbers, one row per time."""
     given = real_numbers(name, values)
     array = given[:, None] if given.ndim == 1 else given
     if array.ndim != 2 or array.shape[0] != n or not array.shape[1]:
         raise ValueError(
-            f"{name} has the shape {given.shape}, and there are {n} times: ({n},) or "
+            f"{name} has the shape {given.shape}, and there are {n} {what}: ({n},) or "
             f"({n}, blocks) is needed."
         )
     return _finite(name, array)
@@ -441,8 +445,23 @@ def _pairs(data: Any, first: str, second: str) -> dict[str, Floats]:
     return pair
 
 
-def _sigma(name: str, value: float | None) -> float | None:
-    return None if value is None else finite_number(name, value, above=0.0)
+def _sigma(name: str, value: object, n: int, k: int = 1) -> float | Floats | None:
+    """Check a standard error, or those of n rows of k numbers."""
+    if value is None:
+        return None
+    if not np.iterable(value):
+        return finite_number(name, value, above=0.0)
+    each = columns(name, value, n, "rows")
+    if each.shape[1] not in (1, k):
+        raise ValueError(f"{name} has {each.shape[1]} columns: 1, or as many as the data, {k}.")
+    if each.min() <= 0.0:
+        raise ValueError(f"{name} = {each.min():.6g}: standard errors are > 0")
+    return each
+
+
+def _errors(sigma: float | Floats | None, values: Floats) -> Floats:
+    """Return standard errors of values, in their shape."""
+    return np.broadcast_to(guessed(values) if sigma is None else sigma, values.shape)
 
 
 def _start(data: Any) -> dict[str, Any]:

@@ -586,6 +586,7 @@ class _Problem:
         own = np.cumsum([len(names), *(len(term.start) for term in terms)])
         self.own = [slice(a, b) for a, b in pairwise(own.tolist())]
         self.n_own = int(own[-1]) - len(names)
+        self.n_unknown = len(names) + sum(term.n_unknown for term in terms)
         values = np.array([model.parameters[name] for name in names])
         self.start = np.concatenate([values, *(term.start for term in terms)])
         self._last: tuple[bytes | None, list[Answer] | None] = (None, None)
@@ -599,11 +600,10 @@ class _Problem:
             raise ValueError(f"the search cannot start: {self.refused}")
         n_data = sum(len(each.residuals) for each in answers)
         n_links = sum(len(each.links) for each in answers)
-        n_unknown = len(self.start) - n_links
-        if n_data + len(self.priors) <= n_unknown:
+        if n_data + len(self.priors) <= self.n_unknown:
             raise ValueError(
-                f"{n_data} data cannot tell {n_unknown} unknowns ({len(self.names)} parameters, "
-                "and starts of motions): give more data, or fix parameters."
+                f"{n_data} data cannot tell {self.n_unknown} unknowns ({len(self.names)} "
+                "parameters, and starts of motions): give more data, or fix parameters."
             )
         self.n_residuals = n_data + n_links + len(self.priors)
 
@@ -801,9 +801,10 @@ def _alike(data: Data, fitted: Floats) -> tuple[float, float]:
     """Correlate neighbouring residuals, about zero; what the model does not meet is left out."""
     together = squares = 0.0
     for _, _, values, model, sigma in compared(data, fitted):
-        off = np.nan_to_num((model - values) / sigma)
-        if np.abs(off).max() * sigma <= ROUNDING * max(np.ptp(values), np.abs(values).max()):
+        off = np.nan_to_num(model - values)
+        if np.abs(off).max() <= ROUNDING * max(np.ptp(values), np.abs(values).max()):
             return np.nan, np.nan
+        off = off / sigma
         together += float(np.sum(off[1:] * off[:-1]))
         squares += float(np.sum(off**2))
     return together / squares, len(fitted) ** -0.5
@@ -893,8 +894,7 @@ def _result(
     problem, unknowns = stage.problem, stage.unknowns
     names, n = problem.names, len(problem.names)
     residuals = np.concatenate([each.residuals for each in stage.answers])
-    n_links = sum(len(each.links) for each in stage.answers)
-    n_free = len(residuals) + n_links + len(problem.priors) - len(unknowns)
+    n_free = len(residuals) + len(problem.priors) - problem.n_unknown
     scale = 1.0 if _weighed(data) else float(np.sqrt(stage.chi2 / n_free))
     covariance, undetermined = _covariance(problem.jacobian(unknowns), names)
     covariance = covariance * scale**2

@@ -39,7 +39,8 @@ KINDS: Final[tuple[tuple[type[Any], tuple[str, ...], tuple[str, ...]], ...]] = (
     (EventTimes, ("times",), ()),
 )
 """What is measured: the columns that are needed, and those of which one is."""
-NAMES: Final = tuple(name for _, needed, some in KINDS for name in (*needed, *some))
+ERRORS: Final = ("sigma", "sigma_v")
+NAMES: Final = (*(name for _, needed, some in KINDS for name in (*needed, *some)), *ERRORS)
 SEPARATORS: Final = (",", ";", "\t")
 
 
@@ -59,8 +60,9 @@ def read_measurements(
         line that names the columns; lines that begin with # are left out.
     columns : mapping of str to str or to several, optional
         Columns of the file that hold `t`, `x`, `v` (one for each block), or `speed` and
-        `force`, or `d` and `value`, or `V` and `period`, or `times`. Without, those that are
-        called so, or ``x_1, x_2, ...``; an empty list stands for none.
+        `force`, or `d` and `value`, or `V` and `period`, or `times`; and their standard errors
+        `sigma`, `sigma_v`. Without, those that are called so, or ``x_1, x_2, ...``; an empty list
+        stands for none.
     units : Units, optional
         Units of the file, such as SI; without it numbers are those of the model.
     **settings
@@ -96,14 +98,19 @@ def read_measurements(
         header, rows = _cells(text)
         found = {name: _headed(name, header, asked) for name in NAMES}
         kind, names = _kind(found, header)
+        parameters = signature(kind).parameters
+        errors = [name for name in ERRORS if found[name] and name not in settings]
+        names += [name for name in errors if name in parameters]
         values = {name: _numbers(header, rows, found[name]) for name in names}
         if kind is not Record:
             values = {name: column[:, 0] for name, column in values.items()}
         else:
             values["t"] = values["t"][:, 0]
-            settings = _blocks([found[name] for name in names if name != "t"]) | settings
-        if strange := sorted(set(settings) - set(signature(kind).parameters)):
-            known = [name for name in signature(kind).parameters if name not in values]
+            settings = _blocks([found[name] for name in names if name in ("x", "v")]) | settings
+        if strange := sorted(
+            {*settings, *(name for name in errors if name in asked)} - {*parameters}
+        ):
+            known = [name for name in parameters if name not in values]
             what = f"{shown(strange[0])} is nothing of {kind.__name__}"
             raise ValueError(f"{what}, which the columns tell. {did_you_mean(strange[0], known)}")
         data: Data = kind(**values, **settings)

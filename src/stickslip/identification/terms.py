@@ -29,6 +29,8 @@ from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.friction.code import law_code
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
@@ -38,7 +40,7 @@ MISSED = 100.0
 # Events of a motion between two global stick phases in a first look; most have about ten.
 FEW = 100
 # Standard errors of a velocity within which a block counts as riding.
-SURE = 3.0
+SURE = 4.0
 
 
 class Answer(NamedTuple):
@@ -58,6 +60,11 @@ class Term(ABC):
 
     start: Floats  # guess of the term's own unknowns
     n_pieces = 1
+
+    @property
+    def n_unknown(self) -> int:
+        """Number of own unknowns that no links determine."""
+        return len(self.start)
 
     def states(self, model: Model, own: Floats) -> Floats:
         """States that motions start from, of the term's own unknowns."""
@@ -112,7 +119,8 @@ class RecordTerm(Term):
     """A record, in pieces that each start from a state of its own, the first one unless known."""
 
     # Where blocks rub on one belt unknown starts hold velocities over that of the belt, so that a
-    # block that rides goes on riding while the belt's speed is sought.
+    # block that rides goes on riding while the belt's speed is sought. Where static friction holds
+    # what kinetic friction does not it would slip with 1e-17 over the belt: none is unknown.
 
     def __init__(
         self, data: Record, model: Model, n_pieces: int, states: Floats | None = None
@@ -127,27 +135,50 @@ class RecordTerm(Term):
         self.first = [int(split[0]) for split in splits]
         given = self.origin.given
         guess = self.state_at if states is None else states.__getitem__
-        later = [self._own(guess(k)) for k in self.first[1:]]
         self.known = None if self.origin.free else given
-        begin = []
-        if self.origin.free and (states is None or self.origin.on_belt):
-            state = self.state_at(0) if given is None else given
-            begin = [state if self.origin.on_belt else self._own(state)]
-        elif self.origin.free and states is not None:
-            begin = [self._own(states[0])]
-        self.start = np.concatenate([np.zeros(0), *begin, *later])
+        self.in_space = [self.known is None and not self.origin.on_belt, *[True] * (n_pieces - 1)]
+        starts = [np.zeros(0) if self.known is not None or given is None else given]
+        starts += [guess(k) - self._belt(model) for k in self.first[1:]]
+        if self.in_space[0]:
+            state = given if states is None and given is not None else guess(0)
+            starts[0] = state - self._belt(model)
+        self.moves = [
+            self._unknown(each) if in_space else np.full(len(each), True)
+            for each, in_space in zip(starts, self.in_space, strict=True)
+        ]
+        self.start = np.concatenate(
+            [each[moves] for each, moves in zip(starts, self.moves, strict=True)]
+        )
         self.size = self._sizes() if n_pieces > 1 else np.ones(0)
 
-    def _own(self, state: Floats) -> Floats:
-        """Take the velocity of the belt out of a state."""
-        return state - self._belt(self.model)
+    @property
+    def n_unknown(self) -> int:
+        """Those of the first piece: links determine all others."""
+        return int(self.moves[0].sum())
+
+    def _unknown(self, state: Floats) -> NDArray[np.bool_]:
+        """Whether each number of a start is sought: not the velocity of a block that rides."""
+        found = np.full(len(state), True)
+        if self.over_belt:
+            jumps = np.array([law.force(0.0) < 1.0 for law in self.model.laws])
+            found[len(jumps) :] = ~jumps | (state[len(jumps) :] != 0.0)
+        return found
 
     def states(self, model: Model, own: Floats) -> Floats:
         """States, each with the velocity of the belt."""
-        first = len(self.origin.given) if self.origin.free and self.origin.on_belt else 0  # type: ignore[arg-type]
-        belt = self._belt(model)
-        rest = own[first:].reshape(-1, len(belt)) + belt
-        return np.concatenate([own[:first], rest.ravel()])
+        return np.concatenate([np.zeros(0), *self._starts(own, self._belt(model))])
+
+    def _starts(self, own: Floats, belt: Floats) -> list[Floats]:
+        """Join what is unknown of the starts of pieces and what is known of riding blocks."""
+        ends = np.cumsum([moves.sum() for moves in self.moves])[:-1]
+        found = []
+        for values, moves, in_space in zip(
+            np.split(own, ends), self.moves, self.in_space, strict=True
+        ):
+            state = np.zeros(len(moves))
+            state[moves] = values
+            found.append(state + belt if in_space else state)
+        return found
 
     def _belt(self, model: Model) -> Floats:
         plant = model.plant
@@ -156,8 +187,7 @@ class RecordTerm(Term):
 
     def _sizes(self) -> Floats:
         """Scatter of displacements, then of velocities: scale of the links."""
-        some = range(0, len(self.t), max(len(self.t) // 200, 1))
-        x, v = np.split(np.array([self.state_at(k) for k in some]), 2, axis=1)
+        x, v = np.split(np.array([self.state_at(k) for k in self._some]), 2, axis=1)
         return np.repeat([max(float(part.std()), 1e-12) for part in (x, v)], x.shape[1])
 
     @cached_property
@@ -169,21 +199,42 @@ class RecordTerm(Term):
 
     def state_at(self, k: int) -> Floats:
         """Guess of the state at a sample, from those near it."""
-        n, order = len(self.model.plant.mass), np.argsort(self.data.blocks)
+        found, _, gain = self._about(k)
+        if self.over_belt:  # a block that seems to ride does
+            V = self.model.plant.V
+            rides = np.abs(found[1] - V) <= SURE * gain * self._scatter
+            found[1] = np.where(rides, V, found[1])
+        return found.ravel()
+
+    def _about(self, k: int) -> tuple[Floats, Floats, float]:
+        """State at a sample, (2, n), scatter (n,), error of a velocity for a scatter of 1.
+
+        By polynomials near it; the scatter is that of the samples that tell velocities.
+        """
+        order = np.argsort(self.data.blocks)
         low = int(np.clip(k - self._window, 0, len(self.t) - 2 * self._window - 1))
         near = slice(low, low + 2 * self._window + 1)
         t = self.t[near] - self.t[k]
-        found, error = np.zeros((2, n)), np.zeros(n)
+        x, (at, scatter, errors) = self._x[k, order], polynomial(t, self._x[near][:, order], 2)
+        v, gain = at[1], float(errors[1])
         if self.data.x is not None:
-            found[:], error = polynomial(t, self._x[near][:, order], 2)
+            x = at[0]
         if self.data.v is not None:
-            found[1], error = polynomial(t, np.asarray(self.data.v)[near][:, order], 1, at=0)
-            if self.data.x is None:
-                found[0] = self._x[k, order]
-        if self.over_belt:  # a block that seems to ride does
-            V = self.model.plant.V
-            found[1] = np.where(np.abs(found[1] - V) <= SURE * error, V, found[1])
-        return found.ravel()
+            at, scatter, errors = polynomial(t, np.asarray(self.data.v)[near][:, order], 1)
+            v, gain = at[0], float(errors[0])
+        return np.array([x, v]), scatter, gain
+
+    @cached_property
+    def _scatter(self) -> Floats:
+        """Scatter of the samples that tell velocities; a few samples alone hardly know theirs."""
+        found = np.median([self._about(k)[1] for k in self._some], axis=0)
+        spare = 2 * self._window - (1 if self.data.v is not None else 2)
+        return np.asarray(found / (1.0 - 2.0 / (9.0 * spare)) ** 1.5)  # median of chi, of spare
+
+    @property
+    def _some(self) -> range:
+        """Samples all over the record."""
+        return range(0, len(self.t), max(len(self.t) // 200, 1))
 
     @cached_property
     def _x(self) -> Floats:
@@ -202,41 +253,43 @@ class RecordTerm(Term):
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Follow the pieces."""
-        n, plant = len(names), model.plant
-        width, n_bodies = n + len(own), len(plant.mass)
+        n, n_bodies = len(names), len(model.plant.mass)
+        width = n + len(own)
         belt = self._belt(model)
-        place, states = 0, []
+        place, states = n, []
         table = _Rows(self.data, width)
         links, link_gradients = [np.zeros(0)], [np.zeros((0, width))]
         end: tuple[Floats, Floats] | None = None
-        for piece, first in enumerate(self.first):
+        for piece, state in enumerate(self._starts(own, belt)):
+            first, moves, in_space = self.first[piece], self.moves[piece], self.in_space[piece]
             last = self.first[piece + 1] if piece + 1 < len(self.first) else len(self.t)
-            free = piece > 0 or self.origin.free
-            on_belt = piece == 0 and self.origin.on_belt
-            size = len(self.origin.given) if on_belt else 2 * n_bodies  # type: ignore[arg-type]
-            state = own[place : place + size] if free else self.known
-            assert state is not None
-            columns = n + place + np.arange(size) if free else np.arange(0)
-            place += size * free
-            shift = belt if free and not on_belt else 0.0
+            columns = place + np.arange(moves.sum())
+            place += len(columns)
+            of_start: tuple[str, ...] = ("x0", "v0") if in_space else self.origin.names
+            if not len(moves):
+                assert self.known is not None
+                state, of_start = self.known, ()
             begin = self.begin if piece == 0 else float(self.t[first])
-            asked = (*names, *(self.origin.names if on_belt else ("x0", "v0"))) if free else names
-            start = self.origin.arguments(state + shift, on_belt=on_belt)
+            on_belt = piece == 0 and self.origin.on_belt
+            start = self.origin.arguments(state, on_belt=on_belt)
             t = self.t[first : last + 1] - begin
-            values, moved = sampled(model, start, asked, t)
+            values, moved = sampled(model, start, (*names, *of_start), t)
             gradient = np.zeros((*values.shape, width))
-            gradient[..., :n], gradient[..., columns] = moved[..., :n], moved[..., n:]
-            if free and not on_belt and self.over_belt and "V" in names:
+            gradient[..., :n] = moved[..., :n]
+            gradient[..., columns] = moved[..., n:][..., moves]
+            if in_space and self.over_belt and "V" in names:
                 gradient[..., names.index("V")] += moved[..., n + n_bodies :].sum(axis=-1)
             if end is not None:
-                off, slope = end[0] - (state + shift), end[1].copy()
-                slope[np.arange(size), columns] -= 1.0
+                off, slope = end[0] - state, end[1].copy()
+                slope[np.flatnonzero(moves), columns] -= 1.0
                 if self.over_belt and "V" in names:
                     slope[n_bodies:, names.index("V")] -= 1.0
                 links.append(np.nan_to_num(off / self.size, nan=MISSED))
                 link_gradients.append(np.nan_to_num(slope / self.size[:, None]))
             table.add(slice(first, last), values, gradient)
-            states.append(values[: last - first])
+            states.append(values[: last - first].copy())
+            if end is not None:  # who rides may have been taken to
+                states[-1][0, ~moves] = end[0][~moves]
             end = (values[-1], gradient[-1]) if last < len(self.t) else None
         residuals, jacobian, fitted = table.joined()
         told = f" in {len(self.first)} pieces" * (len(self.first) > 1)
@@ -261,8 +314,9 @@ class _Rows:
         for name, data, sigma in self.data.rows:
             index = np.array(self.data.blocks) - 1 + n * (name == "v")
             here = values[:count, index]
-            off = (here - data[rows]) / sigma
-            slope = np.nan_to_num(gradient[:count, index] / sigma, posinf=0.0, neginf=0.0)
+            off = (here - data[rows]) / sigma[rows]
+            slope = gradient[:count, index] / sigma[rows][..., None]
+            slope = np.nan_to_num(slope, posinf=0.0, neginf=0.0)
             lost = ~np.isfinite(off)
             slope[lost] = 0.0
             off = filled(off)
@@ -276,14 +330,13 @@ class _Rows:
         return np.concatenate(residuals), np.concatenate(slopes), np.concatenate(fitted)
 
 
-def polynomial(t: Floats, values: Floats, degree: int, at: int = 1) -> tuple[Floats, Floats]:
-    """Fit polynomials; coefficients up to `at` (or that alone if 0), and the error of the last."""
+def polynomial(t: Floats, values: Floats, degree: int) -> tuple[Floats, Floats, Floats]:
+    """Fit polynomials: coefficients, scatter of the columns, errors of coefficients per scatter."""
     powers = np.vander(t, degree + 1, increasing=True)
     found = np.asarray(np.linalg.lstsq(powers, values)[0], dtype=np.float64)
     spare = max(len(t) - degree - 1, 1)
     scatter = np.sqrt(np.sum((values - powers @ found) ** 2, axis=0) / spare)
-    error: Floats = scatter * np.sqrt(np.linalg.pinv(powers.T @ powers)[at, at])
-    return found[: at + 1] if at else found[0], error
+    return found, scatter, np.sqrt(np.diag(np.linalg.pinv(powers.T @ powers)))
 
 
 def sampled(
@@ -307,7 +360,7 @@ class EventTerm(Term):
         self.origin = Start(data, model)
         assert self.origin.given is not None
         self.start = self.origin.given if self.origin.free else np.zeros(0)
-        self.sigma = data.sigma or 0.01 * float(np.asarray(data.times)[-1])
+        ((_, _, self.sigma),) = data.rows
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Follow the motion until it has had as many events, or far beyond the last."""
@@ -329,7 +382,7 @@ class EventTerm(Term):
         if asked:
             by = motion.derivative(*asked)
             gradient[: len(chosen)] = np.nan_to_num(by.event_times[chosen])
-        off = (fitted - times) / self.sigma
+        off = (fitted - times) / self.sigma[:, 0]
         width = len(names) + len(own)
         return Answer(
             filled(off),
@@ -377,7 +430,7 @@ class MapTerm(Term):
         gradient = np.zeros((len(d), len(names)))
         for column, name in enumerate(names):
             gradient[inside, column] = np.nan_to_num(f.parameter_derivative(d[inside], name))
-        off = (fitted - value) / self.sigma
+        off = (fitted - value) / self.sigma[:, 0]
         known = np.isfinite(off)
         return Answer(
             filled(off),
@@ -411,7 +464,7 @@ class PeriodTerm(Term):
                 if moving:
                     gradient[k, columns] = cycle.period_derivative(*moving)
         return Answer(
-            filled((fitted - period) / self.sigma),
+            filled((fitted - period) / self.sigma[:, 0]),
             np.nan_to_num(gradient / self.sigma),
             fitted,
             *no_links(len(names)),
@@ -440,7 +493,7 @@ class ForceTerm(Term):
                 if where == block:
                     gradient[:, column] = by_own[own_name]
         return Answer(
-            (fitted - force) / self.sigma,
+            (fitted - force) / self.sigma[:, 0],
             gradient / self.sigma,
             fitted,
             *no_links(len(names) + len(own)),
