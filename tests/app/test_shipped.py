@@ -113,6 +113,24 @@ def test_the_page_is_written_into_one_file(tmp_path, monkeypatch, capsys):
     assert "from a web server" not in text
 
 
+@pytest.mark.parametrize(
+    ("model", "moved"),
+    [
+        (ss.examples.coulomb(), True),
+        (ss.examples.law9(), True),
+        (ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.2, viscous=0.1)), False),
+        (ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.2), damping=0.1), False),
+        (ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.2)), False),
+    ],
+)
+def test_a_plant_that_the_page_cannot_move_is_told(model, moved, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(live, "write", lambda folder: None)  # which takes long
+    ss.write_model(model, tmp_path / "mine.toml")
+    page = tmp_path / "page"
+    assert run(["explore", "--model", str(tmp_path / "mine.toml"), "--export", str(page)]) == 0
+    assert ("no new motion of mine.toml" in capsys.readouterr().err) == (not moved)
+
+
 def test_the_written_page_begins_with_the_plant_of_a_file_or_a_preset(tmp_path, monkeypatch):
     monkeypatch.setattr(live, "LAWS", {})
     mine, folder = tmp_path / "mine.toml", tmp_path / "page"

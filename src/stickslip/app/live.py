@@ -103,5 +103,20 @@ def described(engine: Engine, law: FrictionLaw) -> dict[str, Any]:
         "force": force,
         "nodes": {k: nodes[k] for k in reachable(scalars.graph, [force, *scalars.constants])},
         "defaults": {name: getattr(law, name) for name in (*formula.parameters, *law.options)},
-        "fixed": [*law.options, *(["viscous"] if engine.name == "exact" else [])],
+        "fixed": fixed(law),
     }
+
+
+def fixed(law: FrictionLaw) -> list[str]:
+    """Parameters of a law that the page cannot change."""
+    return [*law.options, *(["viscous"] if isinstance(law, Coulomb) else [])]
+
+
+def moves(model: dict[str, Any]) -> bool:
+    """Whether the page moves the blocks of a model, as ``engineOf`` of ``static/live.js`` says."""
+    named: Any = model.get("friction")
+    law = LAWS.get(named["law"]) if isinstance(named, dict) else None
+    if law is None or model["kind"] != "two_block" or model.get("damping") or model.get("forcing"):
+        return False
+    values = {name: getattr(law, name) for name in fixed(law)}
+    return all(named.get(name, value) == value for name, value in values.items())

@@ -83,10 +83,18 @@ def explore(
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
     plant = None if model is None else opened(model)
     if export is not None:
+        from stickslip.app.live import moves
         from stickslip.app.shipped import export as write
 
         first = plant or next((view for view in presets() if view["name"] == preset), None)
         print(write(export, first), flush=True)
+        if first is not None and not moves(first["state"]["model"]):
+            note(
+                f"the page draws what was shipped with it, and no new motion of {first['title']}: "
+                "without a server it moves two equal undamped blocks alone, with Coulomb, law (9) "
+                "or Stribeck",
+                quiet=False,
+            )
         return
     from stickslip.app.server import listening_socket, serve, url_of
 
