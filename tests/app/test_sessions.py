@@ -456,6 +456,26 @@ def test_the_threads_of_a_job_are_called_off_with_it():
         work()
 
 
+@pytest.mark.parametrize("end", [CalledOffError, TimeIsUpError])
+def test_a_search_takes_the_end_of_its_job_for_no_fault_to_go_on_after(end, monkeypatch, caplog):
+    along = {"parameter": "V", "range": (0.03695, 0.037), "values": 5, "max_period": 1}
+    request = requests.Diagram({**COULOMB}, **along)
+    job = Job(Gate(1), "a", 60.0)
+
+    def stop():
+        raise end
+
+    def answer():
+        with job.running():
+            for part in VIEWS[requests.Diagram](request):
+                if part.name == "branches":  # the search for bifurcations follows
+                    monkeypatch.setattr(job, "check", stop)
+
+    with pytest.raises(end):
+        answer()
+    assert not caplog.records
+
+
 def test_a_job_ends_when_called_off_while_it_waits():
     gate = Gate(1)
     holder, waiting = Job(gate, "a", 10.0), Job(gate, "b", 10.0)

@@ -229,6 +229,17 @@ def test_a_diagram_grows_from_dots_to_bifurcations(page):
     np.testing.assert_array_equal(branches.arrays["points_0"], diagram.orbits[0].points)
 
 
+def test_orbits_through_jumps_are_those_of_their_values(page):
+    along = {"parameter": "V", "range": [0.0366, 0.0368], "values": 5, "max_period": 2}
+    rows = page.parts("diagram", **along)["infinitely_unstable"].arrays
+    values = np.unique(rows["value"])
+    assert (values[0], values[-1]) == (0.0366, 0.0368)
+    for value in values[[0, len(values) // 2, -1]]:
+        listed = ss.periodic_orbits(MODEL.replace(V=value), 2, infinitely_unstable=True)
+        points = [x for orbit in listed if orbit.jump is not None for x in orbit.points]
+        np.testing.assert_allclose(sorted(rows["d"][rows["value"] == value]), sorted(points))
+
+
 def numbers_of(view, **request):
     """Run the Python of a view and return what it leaves behind."""
     asked = request_of(view, json.dumps({"model": COULOMB, **request}).encode())

@@ -239,13 +239,13 @@ class Downloads:
             raise
         except NotHereError as error:
             return _refused(NOT_HERE, str(error), "format")
-        except Exception as error:
+        except (Exception, TimeIsUpError) as error:
             return _refused(_code_of(error), **told(error, request))
         headers = {"content-disposition": f'attachment; filename="{file.name}"'}
         return Response(file.content, media_type=file.media_type, headers=headers)
 
 
-def _code_of(error: Exception) -> int:
+def _code_of(error: BaseException) -> int:
     match error:
         case ValueError() if is_ours(error):
             return BAD

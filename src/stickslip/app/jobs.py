@@ -21,11 +21,15 @@ REPORTED: Final = 0.2  # seconds between two reports of progress
 _current: ContextVar[Job | None] = ContextVar("job", default=None)  # of its helping threads, too
 
 
-class CalledOffError(Exception):
+class EndedError(BaseException):
+    """The work may not go on; no `Exception`: searches note those and go on with the rest."""
+
+
+class CalledOffError(EndedError):
     """The answer is not wanted any more."""
 
 
-class TimeIsUpError(Exception):
+class TimeIsUpError(EndedError):
     """The work took longer than a request may."""
 
 

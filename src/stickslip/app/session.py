@@ -244,12 +244,12 @@ class Session:
             ending: dict[str, Any] = {"progress": 1.0, "data": {"part_name": "end"}}
         except CalledOffError:
             ending = {"cancelled": True}
-        except Exception as error:
+        except (Exception, TimeIsUpError) as error:
             ending = {"error": told(error, call.request)}
         self.send(call.header | {"last": True} | ending)
 
 
-def told(error: Exception, request: Request) -> dict[str, str]:
+def told(error: BaseException, request: Request) -> dict[str, str]:
     """Tell the user of an error; one that is nobody's fault but the program's goes to the log."""
     match error:
         case BadRequestError():

@@ -143,6 +143,22 @@ def test_what_is_stopped_says_so(lonely):
     assert badge.text_content() == "older values: stopped"
 
 
+def test_what_the_next_model_has_not_is_called_off(explorer):
+    explorer.page.evaluate(
+        """() => {
+            window.sent = [];
+            const { link } = explorer.connection;
+            const send = link.send.bind(link);
+            link.send = (message) => { sent.push(message); send(message); };
+            explorer.setParameter("mu", 0.23);
+        }"""
+    )
+    explorer.page.wait_for_function("() => explorer.connection.running.has('diagram')")
+    explorer.show("preset=oscillator")
+    assert {"cancel": "diagram"} in explorer.page.evaluate("() => sent")
+    explorer.page.wait_for_function("() => !explorer.connection.running.has('diagram')")
+
+
 def test_nothing_blanks_while_a_parameter_plays(explorer):
     explorer.settle("basins", "diagram", "power")
     explorer.page.evaluate(

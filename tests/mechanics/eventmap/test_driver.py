@@ -13,7 +13,7 @@ import pytest
 
 from stickslip.mechanics.eventmap.backend import driver
 from stickslip.mechanics.eventmap.itinerary import hashed
-from stickslip.mechanics.eventmap.loop import new_loop
+from stickslip.mechanics.eventmap.loop import excess, new_loop
 from stickslip.mechanics.eventmap.records import Controls, Scratch
 from stickslip.mechanics.flow import _exact_kernels
 from stickslip.mechanics.flow.system import (
@@ -239,15 +239,15 @@ def loops(n, *, norm=1.0, off=0.0, margin=9.0):
     ("norm", "off", "margin", "found"),
     [
         (0.5, 0.0, 1e-9, LONG + 4),  # it is there
-        (0.5, 1e-3, 4.1e-3 * 0.5, LONG + 4),
-        (0.5, 1e-3, 3.9e-3 * 0.5, LONG + 8),  # the next turn of half the size
-        (0.9, 1e-3, 4.1e-3 * 0.9, LONG + 4),
-        (0.9, 1e-3, 1e-4, math.inf),  # too little is left of the events: see below
+        (0.5, 1e-3, 2.3e-3 * 0.5, LONG + 4),
+        (0.5, 1e-3, 1.9e-3 * 0.5, LONG + 8),  # the next turn of half the size
+        (0.9, 1e-3, 2.3e-3 * 0.9, LONG + 4),
+        (0.9, 1e-3, 2e-5, math.inf),  # too little is left of the events: see below
         (1.0, 0.0, 1e-3, math.inf),  # never: no contraction
         (1.1, 0.0, 1e-3, math.inf),
     ],
 )
-def test_a_cycle_is_called_one_once_its_end_lies_within_a_quarter_of_the_margin(
+def test_a_cycle_is_called_one_once_its_end_lies_within_half_the_margin(
     norm, off, margin, found, watch
 ):
     rows = list(loops(90, norm=norm, off=off, margin=margin))
@@ -259,11 +259,39 @@ def test_a_cycle_is_called_one_once_its_end_lies_within_a_quarter_of_the_margin(
 
 
 def test_slow_contraction_is_seen_when_what_is_left_fits_the_margin():
-    rows = list(loops(400, norm=0.9, off=1e-3, margin=1e-4))
+    rows = list(loops(400, norm=0.9, off=1e-3, margin=2e-5))
     _, _, n_events, _, _, status, _, _ = drive(rows)
     assert status == NEVER_CYCLE
     left = 1e-3 * 0.9 ** ((n_events - LONG) // 2 - 1)  # where the last turn began
-    assert 0.1 * 0.25e-4 < left <= 0.25e-4
+    assert 0.1 * 1e-5 < left <= 1e-5
+
+
+def test_a_spiral_is_far_from_enough_as_its_farthest_turn_is():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        angle, shrinks = rng.uniform(0.2, 3.0), rng.uniform(0.3, 0.95)
+        stretched = np.diag(rng.uniform(0.2, 5.0, 2))
+        turned = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+        turn = shrinks * stretched @ turned @ np.linalg.inv(stretched)
+        at = rng.uniform(-1, 1, 2)  # from the fixed point
+        ways = [np.linalg.matrix_power(turn, n) @ at - at for n in range(1, 400)]
+        reach = max(np.abs(way).max() for way in ways)
+        loop = new_loop(2)
+        loop.earlier[:], loop.moved[:] = at - np.linalg.solve(turn, at), turn @ at - at
+        loop.turn[:] = turn
+        times = excess(loop, 0.7)
+        assert 2.0 * reach / 0.7 <= times <= 1.12 * 2.0 * reach / 0.7
+
+
+def test_turns_that_end_at_another_event_or_grow_or_have_no_room_tell_nothing():
+    for earlier, turn, room in (
+        ([0.0, 1.0], [[0.0, 0.0], [0.0, 0.5]], 1.0),  # moved in a direction without a tangent
+        ([1.0, 1.0], [[1.0, 0.0], [0.0, 0.5]], 1.0),
+        ([1.0, 1.0], [[0.5, 0.0], [0.0, 0.5]], 0.0),
+    ):
+        loop = new_loop(2)
+        loop.earlier[:], loop.moved[:], loop.turn[:] = earlier, 0.5, turn
+        assert excess(loop, room) == math.inf
 
 
 def test_a_motion_that_leaves_its_loop_has_the_tangents_of_all_of_it():
@@ -321,7 +349,7 @@ def test_a_copy_of_a_motion_goes_on_where_it_is():
 def test_the_tangent_of_a_loop_starts_as_the_identity_on_states_of_its_modes(modes):
     motion = random_motion(np.random.default_rng(3), 6, modes)
     before = motion.tangent_w.copy(), motion.tangent_e.copy()
-    DRIVER.start_loop_tangent(SYSTEM, motion, 2)
+    DRIVER.start_loop_tangent(SYSTEM, motion, 2, np.ones(4))
     tangent = np.vstack((motion.tangent_w[:, 2:], motion.tangent_e[:, 2:]))
     # a riding block has w = 0, whatever else changes
     np.testing.assert_array_equal(tangent, np.diag([*np.abs(modes), 1, 1]))

@@ -47,7 +47,7 @@ def test_a_cycle_without_global_stick_is_one():
             assert motion.status == OK
             assert motion.d.size == 1
             assert recurrence(motion) < 1e-9
-            assert result.n_events[k] >= 64
+            assert result.n_events[k] >= 16
             assert np.isnan(result.value[k])
             settled += 1
 

@@ -283,7 +283,7 @@ def test_the_masses_are_those_of_the_reduced_plant():
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
 def test_a_step_is_vector_code():
     laws = [ss.PoppStelter(3.0)] * 2
-    series = law_series(laws)
+    series = law_series(tuple(laws))
     steps = lane_kernels(series)
     step = kernel_uncached(steps.step_one.py_func)
     p, q = series.rows(laws)
@@ -300,7 +300,7 @@ def test_a_step_is_vector_code():
 
 def test_an_optional_parameter_that_is_zero_leaves_the_text_and_not_the_answer():
     laws = [ss.PoppStelter(3.0, 0.1, 0.05), ss.PoppStelter(3.0, 0.1), ss.PoppStelter(3.0)]
-    square, no_square, neither = (law_series([law, law]) for law in laws)
+    square, no_square, neither = (law_series((law, law)) for law in laws)
     assert no_square.force.n_recurrences < square.force.n_recurrences
     assert no_square.key == neither.key != square.key  # delta is in no recurrence
     d = np.linspace(-0.5, 0.5, 20)

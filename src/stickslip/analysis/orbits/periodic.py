@@ -150,6 +150,14 @@ def periodic_orbits(
     return search.result(highest)
 
 
+def jump_orbits(table: BranchTable, max_period: int) -> list[PeriodicOrbit]:
+    """Find the infinitely unstable orbits alone, up to a period."""
+    search = _Search(table)
+    for _, pieces in search.powers(max_period):
+        search.add_jump_orbits(pieces)
+    return search.orbits
+
+
 @dataclass(frozen=True)
 class _Counted:
     """A map that counts its evaluations."""

@@ -193,6 +193,7 @@ export class App {
   /** Ask what is new: the map first, what is quick after it, the rest when the controls rest. */
   askAll() {
     const slots = slotsFor(this.state);
+    for (const slot of this.connection.running.keys()) if (!slots.includes(slot)) this.cancel(slot);
     if (mapOf(this.state).kind === "unknown") this.asked.delete("returns"); // as told, but forgotten
     if (slots.includes("map")) this.ask("map");
     clearTimeout(this.soonTimer);

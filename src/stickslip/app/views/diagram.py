@@ -16,7 +16,7 @@ from stickslip.analysis.diagrams.diagrams import diagram_of
 from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import MapFamily
-from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.analysis.orbits.periodic import jump_orbits
 from stickslip.analysis.work import Work
 from stickslip.app import requests
 from stickslip.app.jobs import checkpoint, progress_between
@@ -24,12 +24,11 @@ from stickslip.app.requests import Part
 from stickslip.app.views.model import map_of, naming, range_of
 from stickslip.numerics.arrays import Floats
 
-SEEDS: Final = 12  # orbits that the first dots are taken from
-SETTLING: Final = 150  # steps of each before dots are kept
-KEPT: Final = 24  # dots of each
-COARSE: Final = 240  # values with first dots, at most
+SEEDS: Final = 8  # orbits that the first dots are taken from
+SETTLING: Final = 60  # steps of each before dots are kept
+KEPT: Final = 16  # dots of each
+COARSE: Final = 120  # values with first dots, at most
 BLOCKS: Final = 12  # parts that they come in
-INFINITE: Final = 16  # values at which infinitely unstable orbits are listed
 
 SHORT: Final = {
     "fold": "LP",
@@ -59,7 +58,7 @@ def diagram(request: requests.Diagram) -> Iterator[Part]:
         "unresolved": [str(item) for item in items.unresolved],
     }
     yield Part("bifurcations", data=data, progress=0.8)
-    yield _infinitely_unstable(f, request, low, high)
+    yield _infinitely_unstable(survey)
 
 
 def surveyed(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Survey:
@@ -129,17 +128,14 @@ def _end(end: Any) -> dict[str, Any]:
     return {"value": end.value, "reason": end.reason, "points": end.points}
 
 
-def _infinitely_unstable(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Part:
-    """List the orbits that pass through a jump, at some values."""
+def _infinitely_unstable(survey: Survey) -> Part:
+    """List the orbits that pass through a jump, at the values whose branches are known."""
     rows: list[tuple[float, float, int]] = []
     report = progress_between(0.8, 1.0)
-    values = np.linspace(low, high, min(request.values, INFINITE)).tolist()
-    for k, value in enumerate(values):
-        report(k / len(values))
-        at_value = windowed(f.replace(**{request.parameter: value}), request.window)
-        for orbit in periodic_orbits(at_value, request.max_period, infinitely_unstable=True):
-            if orbit.jump is not None:
-                rows += [(value, float(d), orbit.period) for d in orbit.points]
+    for k, node in enumerate(survey.grid_nodes):
+        report(k / len(survey.grid_nodes))
+        for orbit in jump_orbits(node.table, survey.max_period):
+            rows += [(node.q, float(d), orbit.period) for d in orbit.points]
     table = np.array(rows, dtype=np.float64).reshape(-1, 3)
     arrays: dict[str, NDArray[Any]] = {
         "value": table[:, 0],

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import all_have, hashed, noted
-from stickslip.mechanics.eventmap.loop import Loop, row_norm, settles
+from stickslip.mechanics.eventmap.loop import Loop, excess, row_norm
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.blocks.system import BlockMotion
 from stickslip.mechanics.flow.system import BACKWARD, MAX_INSTANT, Floats, Motion
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.blocks._stepper_kernels import advance, slides_for_ever
 
 # From this many events per block on a motion is watched for a cycle without global stick.
-LONG = 32
+LONG = 8
 # Steps without an event after which a motion on a section is given up.
 MAX_QUIET = 20_000
 # Steps on which no relative velocity changes any more, after which the motion slides steadily.
@@ -155,7 +155,7 @@ def carry(
     count, last = events_of(motion)
     last = 0 if count > 1 else last
     # A state is kept, now and then; two turns from it on, the second with its tangent, may tell.
-    kept, next_look, turn_ends = 0, LONG * n, 0
+    kept, next_look, span, turn_ends = 0, LONG * n, LONG * n, 0
     near, growth, looping = math.inf, 1.0, False
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG * n)):
@@ -222,9 +222,12 @@ def carry(
                 continue
             if distance(current, saved) < math.inf:
                 write_turn(current, saved, n_columns, loop)
-                if settles(loop, work.margin[0] / growth):
+                times = excess(loop, work.margin[0] / growth)
+                if times < 1.0:
                     status = NEVER_CYCLE
                     break
+                if times > 4.0:
+                    near *= 0.5
             copy_motion(current, motion)
             current, looping = motion, False
             work.watch[0] = watching
@@ -234,15 +237,17 @@ def carry(
             if gap < near:
                 write_shift(current, saved, loop.earlier)
                 turn_ends, near, growth = 2 * n_events - kept, 0.5 * gap, 1.0
+                span = max(n_events - kept, LONG * n)
                 copy_motion(motion, long_motion)
                 current, looping = long_motion, True
-                start_loop_tangent(system, current, n_columns)
+                start_loop_tangent(system, current, n_columns, loop.earlier)
                 copy_motion(current, saved)
                 earlier_margin = min(earlier_margin, work.margin[0])
                 work.margin[0], work.watch[0] = math.inf, 1.0
         if n_events >= next_look and not looping:
             copy_motion(current, saved)
-            kept, next_look = n_events, n_events + n_events // 4
+            kept, next_look = n_events, n_events + span
+            span += span // 4
     work.watch[0] = watching
     if looping:
         copy_motion(current, motion)

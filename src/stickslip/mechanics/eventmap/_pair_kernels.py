@@ -48,12 +48,19 @@ def copy_rest(source: Any, target: Any) -> None:
 
 
 @kernel
-def start_loop_tangent(system: System, motion: Motion, n_columns: int) -> None:
-    """Set the last four columns to the identity on the states that share the present modes."""
+def start_loop_tangent(system: System, motion: Motion, n_columns: int, moved: Floats) -> None:
+    """Set the last four columns to the identity on the states of the present modes and event."""
     for j in range(4):
         for k in range(4):
             motion.tangent_z[j, n_columns + k] = 0.0
-        if j >= 2 or motion.mode[j] != STICK:
+        # A block that starts to slip does so at w = 0 and its limit, as it did the turn before.
+        block = j % 2
+        begins = moved[j] == 0.0 and motion.mode[block] != STICK and motion.w[block] == 0.0
+        if j >= 2:
+            free = not begins or abs(motion.e[block]) != limit(system, block)
+        else:
+            free = not begins and motion.mode[block] != STICK
+        if free:
             motion.tangent_z[j, n_columns + j] = 1.0
 
 

@@ -68,7 +68,9 @@ def slides_steadily(motion: BlockMotion, work: BlockWork) -> bool:
 
 
 @kernel
-def start_loop_tangent(system: BlockSystem, motion: BlockMotion, n_columns: int) -> None:
+def start_loop_tangent(
+    system: BlockSystem, motion: BlockMotion, n_columns: int, _moved: Floats
+) -> None:
     """Set the last columns to the identity on states of the present modes and on the clock."""
     n_free, n, n_harmonics = motion.y.shape[0], motion.z.shape[0], system.frequency.shape[0]
     for j in range(n):

@@ -279,10 +279,23 @@ def tangents(system: System, laws: Floats, motion: Motion, work: TaylorWork, h: 
             series(laws[row], mode, work.rows[block], ORDER)
             series_tangent(laws[row], mode, work.rows[block], ORDER)
     for column in range(motion.directions.shape[0]):
+        if is_still(motion, column):
+            continue
         tangent_series(system, motion, work, column)
         for block in range(2):
             motion.tangent_w[block, column] = value(work.d_w[block], h)
             motion.tangent_e[block, column] = value(work.d_e[block], h)
+
+
+@kernel(inline=True)
+def is_still(motion: Motion, column: int) -> bool:
+    """Whether nothing changes in a direction: of a loop, those that its section has not."""
+    change = 0.0
+    for j in range(4):
+        change += abs(motion.tangent_z[j, column])
+    for k in range(motion.directions.shape[1]):
+        change += abs(motion.directions[column, k])
+    return change == 0.0
 
 
 @kernel

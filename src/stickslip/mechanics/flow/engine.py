@@ -44,6 +44,7 @@ from stickslip.numerics.targets import instantiate
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow.blocks.system import Bools
+    from stickslip.mechanics.friction.law import FrictionLaw
     from stickslip.mechanics.model.belt_model import BeltModel
     from stickslip.mechanics.model.plant import Reduced
     from stickslip.numerics.arrays import Floats
@@ -144,7 +145,7 @@ def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
             f"engine = 'exact' is for constant kinetic friction, Coulomb(mu), and not for "
             f"{shown(model.friction)}. Take engine='auto' or 'adaptive'."
         )
-    code = law_code(model.laws)
+    code, rows = _code_and_rows(model.laws)
     name = "exact" if exact and engine != "adaptive" else _stepper(code)
     return Engine(
         name=name,
@@ -152,8 +153,15 @@ def engine_for(model: TwoBlock, engine: EngineName = "auto") -> Engine:
         kernels=_kernels(name, code),
         code=code,
         system=System(model.alpha, model.beta, model.V),
-        laws=code.parameter_rows(model.laws),
+        laws=rows.copy(),
     )
+
+
+@lru_cache(maxsize=16)
+def _code_and_rows(laws: tuple[FrictionLaw, ...]) -> tuple[LawCode, Floats]:
+    """Kernels and parameter rows of laws: models beside each other have the same."""
+    code = law_code(laws)
+    return code, code.parameter_rows(laws)
 
 
 def _stepper(code: LawCode) -> str:
@@ -283,7 +291,7 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
             "engine = 'exact' is that of two undamped blocks with constant friction; other models "
             "have one engine, whose series are exact to rounding. Take engine='auto'."
         )
-    code = law_code(model.laws)
+    code, rows = _code_and_rows(model.laws)
     if not code.traceable:
         raise ValueError(
             "a friction law of this model cannot be traced, and models of many blocks need its "
@@ -296,7 +304,7 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
         kernels=_stepper_of(code, key, plant.is_coupled, bool(plant.elastic)),
         code=code,
         system=block_system(plant),
-        laws=code.parameter_rows(model.laws),
+        laws=rows.copy(),
     )
 
 

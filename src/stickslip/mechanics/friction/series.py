@@ -40,7 +40,8 @@ class LawSeries:
         return np.array(table, dtype=np.float64)
 
 
-def law_series(laws: Sequence[FrictionLaw]) -> LawSeries | None:
+@lru_cache(maxsize=16)
+def law_series(laws: tuple[FrictionLaw, ...]) -> LawSeries | None:
     """Series of laws that are one smooth symmetric formula; None for others."""
     # Optional parameters that are zero in all of them are left out where recurrences go with them.
     formula, *others = {law.formula for law in laws}

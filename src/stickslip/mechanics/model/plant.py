@@ -216,6 +216,8 @@ class Plant:
         if not self.rubs_as_one or self.n_waves or not self.V[0] > 0.0:
             return False
         for matrix, least in ((self.stiffness, ROUNDING), (self.damping, -ROUNDING)):
+            if not matrix.any():
+                continue
             size = np.abs(matrix).max()
             if np.abs(matrix - matrix.T).max() > ROUNDING * size:
                 return False

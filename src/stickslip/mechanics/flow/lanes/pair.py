@@ -20,41 +20,48 @@ def pair_numbers(plant: Plant) -> Floats | None:
     # Forces over the masses: docs/theory/blocks.md, "Arrays of two blocks".
     if not plant.rubs_as_one or plant.n_contacts != 2 or plant.n_waves:
         return None
-    mass = plant.mass if plant.mass.ndim == 1 else plant.mass.diagonal()
-    V, swap = float(plant.V[0]), [1, 0]
-    stiff, damp = plant.stiffness / mass[:, None], plant.damping / mass[:, None]
-    limit, load, drag = plant.static / mass, stiff.sum(axis=1), plant.standing / mass
-    determinant = load[0] * stiff[1, 1] - load[1] * stiff[0, 1]
+    # Plain floats: a map is made at every value of a parameter that is looked at.
+    orders = ((0, 1), (1, 0))
+    mass = (plant.mass if plant.mass.ndim == 1 else plant.mass.diagonal()).tolist()
+    stiff, damp = (
+        [[entry / m for entry in row] for row, m in zip(matrix.tolist(), mass, strict=True)]
+        for matrix in (plant.stiffness, plant.damping)
+    )
+    limit, drag = (
+        [force / m for force, m in zip(forces.tolist(), mass, strict=True)]
+        for forces in (plant.static, plant.standing)
+    )
+    V, load = float(plant.V[0]), [sum(row) for row in stiff]
+    determinant = load[0] * stiff[1][1] - load[1] * stiff[0][1]
     if determinant == 0.0 or V == 0.0:
         return None
-    cross, dragged = stiff[[0, 1], swap], damp[[0, 1], swap]
-    drift = V * load
-    side = np.sign(drift)
-    loads_alone = (drift > 0.0) & (dragged == 0.0)
-    energy = mass[:, None] * np.linalg.inv(plant.stiffness) * mass
+    drift = [V * force for force in load]
+    side = [math.copysign(1.0, force) if force else 0.0 for force in drift]
+    energy = np.linalg.inv(plant.stiffness).tolist()
     # A block that no common displacement loads stays until the other leaves.
-    ratio = np.divide(load, load[swap], out=np.zeros(2), where=load[swap] != 0.0)
-    base = ratio * (side * limit - drag)[swap] + drag
-    base[load[swap] == 0.0] = side[load[swap] == 0.0] * math.inf
+    ratio = [load[i] / load[j] if load[j] else 0.0 for i, j in orders]
     row = np.zeros(layout.NUMBERS)
-    for place, pair in {
-        layout.LIMIT: limit,
-        layout.STIFF: stiff.diagonal(),
-        layout.CROSS: cross,
-        layout.DAMP: damp.diagonal(),
-        layout.DRAG: dragged,
-        layout.DRIFT: drift,
-        layout.LONE: np.where(loads_alone, cross, math.nan),
-        layout.MASS: mass,
-        layout.SPRING: energy.diagonal(),
-        layout.SIDE: side,
-        layout.BASE: base,
-        layout.GAIN: stiff[:, 1] - ratio * stiff[swap, 1],
-        layout.SHARE: load[swap] * [-1.0, 1.0],
-    }.items():
-        row[place : place + 2] = pair
-    row[layout.SPRING_BOTH] = 2.0 * energy[0, 1]
-    row[layout.FLOOR] = V * V * mass.min() if plant.dissipates else -math.inf
+    for i, j in orders:
+        lone = drift[i] > 0.0 and damp[i][j] == 0.0
+        base = ratio[i] * (side[j] * limit[j] - drag[j]) + drag[i]
+        for place, number in {
+            layout.LIMIT: limit[i],
+            layout.STIFF: stiff[i][i],
+            layout.CROSS: stiff[i][j],
+            layout.DAMP: damp[i][i],
+            layout.DRAG: damp[i][j],
+            layout.DRIFT: drift[i],
+            layout.LONE: stiff[i][j] if lone else math.nan,
+            layout.MASS: mass[i],
+            layout.SPRING: mass[i] * energy[i][i] * mass[i],
+            layout.SIDE: side[i],
+            layout.BASE: base if load[j] else side[i] * math.inf,
+            layout.GAIN: stiff[i][1] - ratio[i] * stiff[j][1],
+            layout.SHARE: (-load[1], load[0])[i],
+        }.items():
+            row[place + i] = number
+    row[layout.SPRING_BOTH] = 2.0 * (mass[0] * energy[0][1] * mass[1])
+    row[layout.FLOOR] = V * V * min(mass) if plant.dissipates else -math.inf
     row[layout.BELT] = V
     row[layout.SHIFT] = load[0] * drag[1] - load[1] * drag[0]
     row[layout.DETERMINANT] = determinant
