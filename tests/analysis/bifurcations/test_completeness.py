@@ -191,6 +191,30 @@ def test_a_band_of_a_two_block_system_that_meets_a_jump():
     assert not found.unresolved
 
 
+def test_where_breaks_accumulate_less_is_resolved_and_the_list_says_so():
+    # Each branch is 0.95 times as wide as the one right of it; orbits never come near 0.
+    def turns(x):
+        return np.log(x) / np.log(0.95)
+
+    f = ss.PiecewiseMap(
+        lambda x, mu: mu + 0.05 * (turns(x) % 1),
+        (1e-8, 1),
+        parameters={"mu": 0.3},
+        derivative=lambda x, mu: 0.05 / (np.log(0.95) * x),
+        label=lambda x, mu: 1 + np.floor(turns(x)).astype(np.uint64),
+    )
+    assert len(ss.breakpoints(f)) > 300
+    found = bifurcations(f, "mu", (0.3, 0.31), max_period=1)
+    (told,) = found.unresolved
+    assert "breaks accumulate: lists are complete above 1e-06" in told.reason
+    assert (told.lo, told.hi) == found.range
+    # What happens, happens between 0.2 and 0.5, where there are few breaks.
+    alone = bifurcations(f, "mu", (0.3, 0.31), max_period=1, window=(0.2, 0.5))
+    assert len(alone) > 0
+    assert not alone.unresolved
+    assert_same(found, [(item.value, item.period) for item in alone])
+
+
 # --- ends of orbits, and what was not asked for -------------------------------------------------
 
 

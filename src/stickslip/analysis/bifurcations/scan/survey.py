@@ -33,12 +33,14 @@ from stickslip.analysis.bifurcations.scan.near_misses import (
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
+from stickslip.analysis.branches.table import RESOLUTION, branch_table, tables_complete_above
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.work import Work, in_threads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from contextlib import AbstractContextManager
 
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
 SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
@@ -46,8 +48,11 @@ CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
 NARROW: Final = 4e-4  # of the parameter: where a range is narrower, lists keep apart for rounding
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
+CROWD: Final = 200  # breaks of a map, beyond which it is resolved less
+COARSE: Final = 1e-6  # of the domain: then
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
 MAX_NODES: Final = 1000
+MAX_CROWDED: Final = 60  # ... where breaks accumulate, and each list costs much
 JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
 GOLDEN: Final = 0.6180339887498949
 
@@ -97,6 +102,7 @@ class Survey:
         self.unresolved: list[UnresolvedChange] = []
         self.grid_nodes: list[Node] = []
         self.n_nodes = 0
+        self.resolution = RESOLUTION  # of the map's tables
         self._known: dict[tuple[float, int, int], Way] = {}
         self._at_ends: dict[float, list[Suspect]] = {}  # events there are in no list's middle
 
@@ -114,9 +120,11 @@ class Survey:
         """Explain all changes; Ctrl-C leaves out the rest where a ``partial`` answer is wanted."""
         kept: list[Node] = []
         known = self._known_so_far()
-        with self.work.until_interrupted():
-            n = min(n_lists, 2 + int((self.hi - self.lo) / self.closest))
-            self.grid_nodes = self._nodes(grid(self.lo, self.hi, n))
+        n = min(n_lists, 2 + int((self.hi - self.lo) / self.closest))
+        values = grid(self.lo, self.hi, n)
+        with self.work.until_interrupted(), self._coarsened(values):
+            known = self._known_so_far()
+            self.grid_nodes = self._nodes(values)
             self._look_for_hidden()
             kept.append(self.grid_nodes[0])
             for right in self.grid_nodes[1:]:
@@ -136,6 +144,29 @@ class Survey:
             self.unresolved.append(UnresolvedChange("interrupted: not looked at", reached, self.hi))
         self.grid_nodes = kept
         self.spans.sort(key=lambda span: span.left.q)
+
+    @property
+    def crowded(self) -> bool:
+        """Whether breaks accumulate, so that the map is resolved less."""
+        return self.resolution > RESOLUTION
+
+    def resolved(self) -> AbstractContextManager[None]:
+        """Make tables as fine as the lists of this range."""
+        return tables_complete_above(self.resolution)
+
+    def _coarsened(self, values: Sequence[float]) -> AbstractContextManager[None]:
+        """Resolve less where breaks accumulate, and say so."""
+        looked_at = values[0], values[len(values) // 2], values[-1]
+        tables = in_threads(lambda q: branch_table(self.family.at(q)), looked_at)
+        most = max(len(table.breakpoints) for table in tables)
+        if most > CROWD:
+            self.resolution = COARSE * self.width
+            reason = (
+                f"{most} breaks accumulate: lists are complete above {self.resolution:.2g}, "
+                "and fewer values are looked at"
+            )
+            self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
+        return self.resolved()
 
     def _known_so_far(self) -> tuple[int, int, list[Event]]:
         return len(self.spans), len(self.unresolved), list(self.events)
@@ -205,7 +236,7 @@ class Survey:
 
     def _may_narrow(self, span: Span) -> bool:
         wide = span.right.q - span.left.q > NARROWEST * self.scale
-        return wide and self.n_nodes < MAX_NODES
+        return wide and self.n_nodes < (MAX_CROWDED if self.crowded else MAX_NODES)
 
     def _look(self, span: Span) -> tuple[list[Event], list[UnresolvedChange]]:
         """Join two lists; return events that are new, and what none explains."""
