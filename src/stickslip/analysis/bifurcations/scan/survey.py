@@ -156,16 +156,16 @@ class Survey:
 
     def _coarsened(self, values: Sequence[float]) -> AbstractContextManager[None]:
         """Resolve less where breaks accumulate, and say so."""
-        looked_at = values[0], values[len(values) // 2], values[-1]
-        tables = in_threads(lambda q: branch_table(self.family.at(q)), looked_at)
-        most = max(len(table.breakpoints) for table in tables)
-        if most > CROWD:
-            self.resolution = COARSE * self.width
-            reason = (
-                f"{most} breaks accumulate: lists are complete above {self.resolution:.2g}, "
-                "and fewer values are looked at"
-            )
-            self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
+        for q in (values[0], values[len(values) // 2], values[-1]):
+            crowd = len(branch_table(self.family.at(q)).breakpoints)
+            if crowd > CROWD:
+                self.resolution = COARSE * self.width
+                reason = (
+                    f"{crowd} breaks accumulate: lists are complete above {self.resolution:.2g}, "
+                    "and fewer values are looked at"
+                )
+                self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
+                break
         return self.resolved()
 
     def _known_so_far(self) -> tuple[int, int, list[Event]]:
