@@ -111,16 +111,19 @@ def corner_orbits(c, lo, hi):
     return sorted(found)
 
 
-def assert_skew_tent_complete(c):
-    f = ss.PiecewiseMap(
+def skew_tent(c):
+    return ss.PiecewiseMap(
         lambda x, height: height * np.minimum(x / c, (1 - x) / (1 - c)),
         (0, 1),
         parameters={"height": 0.9},
         derivative=lambda x, height: np.where(x < c, height / c, -height / (1 - c)),
         breakpoints=[c],
     )
+
+
+def assert_skew_tent_complete(c):
     lo, hi = c + 0.05 * (1 - c), 0.99
-    found = bifurcations(f, "height", (lo, hi), max_period=PERIODS)
+    found = bifurcations(skew_tent(c), "height", (lo, hi), max_period=PERIODS)
     borders = [b for b in found if b.kind == "border_collision"]
     assert_same(borders, corner_orbits(c, lo, hi))
     assert not found.unresolved
@@ -188,13 +191,36 @@ def test_a_band_of_a_two_block_system_that_meets_a_jump():
     assert not found.unresolved
 
 
+def test_where_breaks_accumulate_less_is_resolved_and_the_list_says_so():
+    # Each branch is 0.95 times as wide as the one right of it; orbits never come near 0.
+    def turns(x):
+        return np.log(x) / np.log(0.95)
+
+    f = ss.PiecewiseMap(
+        lambda x, mu: mu + 0.05 * (turns(x) % 1),
+        (1e-8, 1),
+        parameters={"mu": 0.3},
+        derivative=lambda x, mu: 0.05 / (np.log(0.95) * x),
+        label=lambda x, mu: 1 + np.floor(turns(x)).astype(np.uint64),
+    )
+    assert len(ss.breakpoints(f)) > 300
+    found = bifurcations(f, "mu", (0.3, 0.31), max_period=1)
+    (told,) = found.unresolved
+    assert "breaks accumulate: lists are complete above 1e-06" in told.reason
+    assert (told.lo, told.hi) == found.range
+    # What happens, happens between 0.2 and 0.5, where there are few breaks.
+    alone = bifurcations(f, "mu", (0.3, 0.31), max_period=1, window=(0.2, 0.5))
+    assert len(alone) > 0
+    assert not alone.unresolved
+    assert_same(found, [(item.value, item.period) for item in alone])
+
+
 # --- ends of orbits, and what was not asked for -------------------------------------------------
 
 
 def test_an_orbit_that_leaves_the_domain_ends_in_a_solved_condition():
     # x/2 + mu has the fixed point 2 mu, stable, in (-1, 1) while mu < 1/2.
-    f = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-1, 1), parameters={"mu": 0.0})
-    found = bifurcations(f, "mu", (0.3, 0.8), max_period=2)
+    found = bifurcations(SHIFT, "mu", (0.3, 0.8), max_period=2)
     (left,) = found
     assert (left.kind, left.period) == ("enters_gap", 1)
     assert left.value == pytest.approx(0.5, abs=SHARP)
@@ -220,10 +246,9 @@ def test_orbits_pass_a_harmless_break_whose_labels_meet_at_a_jump_too():
 
 def test_a_search_as_narrow_as_its_step_ends_in_no_event():
     # The fixed point 2 mu of x/2 + mu meets the upper end of the domain at mu = 1/2 only.
-    f = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-1, 1), parameters={"mu": 0.0})
     meets_end = Collision(1, DomainEnd(upper=True, x=1.0), -1)
     with pytest.raises(ConditionLost):
-        solve_near(meets_end, lambda mu: f.replace(mu=mu), 0.0, step=3.0, within=(0.0, 0.4))
+        solve_near(meets_end, lambda mu: SHIFT.replace(mu=mu), 0.0, step=3.0, within=(0.0, 0.4))
 
 
 def test_a_stable_orbit_that_leaves_a_window_is_accounted_for_by_its_end():
@@ -251,6 +276,40 @@ def test_a_range_may_begin_or_end_on_a_bifurcation(ends, expected):
     assert not found.unresolved
     assert all(ends[0] <= q <= ends[1] for q in found.looks)
     assert all(item.hi <= ends[1] for item in found.outside)
+
+
+APPEARS = 1 + np.sqrt(8)  # ... and where its cycle of period 3 appears
+(CORNER_PERIODIC, _), *_ = (found for found in corner_orbits(0.37, 0.8, 0.99) if found[1] == 3)
+SHIFT = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-1, 1), parameters={"mu": 0.0})
+
+
+@pytest.mark.parametrize(
+    ("f", "name", "ends", "kind"),
+    [
+        (LOGISTIC, "r", (3.8, APPEARS), "fold"),
+        (LOGISTIC, "r", (APPEARS, 3.84), "fold"),
+        (LOGISTIC, "r", (0.5, 1.0), "transcritical"),
+        (LOGISTIC, "r", (1.0, 1.5), "transcritical"),
+        (skew_tent(0.37), "height", (0.86, CORNER_PERIODIC), "border_collision"),
+        (skew_tent(0.37), "height", (CORNER_PERIODIC, 0.92), "border_collision"),
+        (SHIFT, "mu", (0.3, 0.5), "enters_gap"),
+    ],
+)
+def test_orbits_that_appear_exactly_at_an_end_of_the_range(f, name, ends, kind):
+    (item,) = bifurcations(f, name, ends, max_period=3)
+    assert item.kind == kind
+    assert min(abs(item.value - end) for end in ends) < SHARP
+
+
+@pytest.mark.parametrize("half", [1e-6, 1e-7, 1e-9, 1e-12, 1e-14])
+def test_a_range_as_narrow_as_rounding_is_not_halved_for_ever(half):
+    found = bifurcations(LOGISTIC, "r", (3 - half, 3 + 1.3 * half), max_period=2)
+    assert_same(found, [(3.0, 1)])
+    assert found.n_lists < 40
+    # Below 1e-8 the cycle of period 2 is not told from the fixed point.
+    assert not found.unresolved or half < 1e-8
+    fold = bifurcations(LOGISTIC, "r", (APPEARS - half, APPEARS + 1.3 * half), max_period=3)
+    assert_same(fold, [(APPEARS, 3)])
 
 
 def test_attractors_beyond_the_longest_period_are_told():

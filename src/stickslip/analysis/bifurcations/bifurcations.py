@@ -19,7 +19,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 from stickslip.analysis.bifurcations.cascades import cascades
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
-from stickslip.analysis.bifurcations.crisis.crises import crises
+from stickslip.analysis.bifurcations.crisis.crises import LOOKS, crises
 from stickslip.analysis.bifurcations.explain import (
     Concerned,
     concerned_orbits,
@@ -152,8 +152,9 @@ def bifurcations_of(survey: Survey, tell: Callable[[float], None]) -> Bifurcatio
     """Locate and explain what a survey of a range has found."""
     f = survey.family.f
     report = _Report(survey, f, tell)
-    found = report.made()
-    return _with_mechanisms(found, report) if hasattr(f, "explain_break") else found
+    with survey.resolved():
+        found = report.made()
+        return _with_mechanisms(found, report) if hasattr(f, "explain_break") else found
 
 
 def _with_mechanisms(found: BifurcationList, report: _Report) -> BifurcationList:
@@ -343,7 +344,8 @@ class _Report:
         survey, at = self.survey, self.survey.family.at
         grid = [parameter_point(at, node.q, node.orbits, node.fast) for node in survey.grid_nodes]
         self._looked_at(grid)
-        found = crises(at, grid, breaks=self.values, max_period=survey.max_period)
+        looks = LOOKS // 8 if survey.crowded else LOOKS
+        found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks)
         self._looked_at(side for event in found for side in event.sides)
         return [self._crisis(event) for event in found if not self._explained(event)]
 

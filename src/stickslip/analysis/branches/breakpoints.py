@@ -59,15 +59,16 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     h = np.maximum(h, 64 * np.spacing(np.abs(ends.x)))
     x = np.concatenate([ends.x + inward * k * h for k in (CLOSEST, 1.0, 4.0, 16.0)])
     lo, hi = mesh.f.domain
-    inside = mesh.probe(np.clip(x, lo, hi))
-    close, near, far, farther = (inside.take(slice(i * n, (i + 1) * n)) for i in range(4))
+    x = np.clip(x, lo, hi)
+    # Close, near, far and farther points of each end.
+    values, slopes = (inside.reshape(4, n) for inside in mesh.slopes(x))
     with np.errstate(all="ignore"):
-        diverges = _diverges(mesh, close, near, far)
+        diverges = _diverges(mesh, slopes)
         # Linear with the slope at h; s0 + a sqrt(h) + b h suits both sides of a graze.
-        plain = close.value + near.slope * (ends.x - close.x)
-        value = np.where(diverges, _root_value(near, far, inward * h), plain)
-        regular = (8 * near.slope - 6 * far.slope + farther.slope) / 3
-        slope = np.where(diverges, np.inf * np.sign(near.slope), regular)
+        plain = values[0] + slopes[1] * (ends.x - x[:n])
+        value = np.where(diverges, _root_value(values, slopes, inward * h), plain)
+        regular = (8 * slopes[1] - 6 * slopes[2] + slopes[3]) / 3
+        slope = np.where(diverges, np.inf * np.sign(slopes[1]), regular)
         allowed = np.where(diverges, SINGULAR_ROUNDING, ROUNDING) * mesh.value_scale
         exact = np.abs(ends.value - value) <= allowed
         typical = mesh.slope_scale + np.abs(slope)
@@ -87,21 +88,20 @@ def _beside_gaps(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Lim
     return Limits(value, slope)
 
 
-def _diverges(mesh: Prober, close: Nodes, near: Nodes, far: Nodes) -> NDArray[np.bool_]:
+def _diverges(mesh: Prober, slopes: Floats) -> NDArray[np.bool_]:
     """Tell where the slope grows without bound, like the derivative of a root."""
-    steepens = (np.abs(near.slope) > STEEPENS * np.abs(far.slope)) & (
-        np.abs(close.slope) > STEEPENS**3 * np.abs(near.slope)
-    )
+    close, near, far, _ = np.abs(slopes)
+    steepens = (near > STEEPENS * far) & (close > STEEPENS**3 * near)
     # A slope that rises from (almost) 0 steepens too, but not to anything.
-    return steepens & (np.abs(close.slope) > mesh.slope_scale)
+    return np.asarray(steepens & (close > mesh.slope_scale))
 
 
-def _root_value(near: Nodes, far: Nodes, h: Floats) -> Floats:
+def _root_value(values: Floats, slopes: Floats, h: Floats) -> Floats:
     """Extrapolate c0 + c1 |h|^q + c2 h from h and 4 h; q from the slopes, 1/2 if close to it."""
-    exponent = 1 - np.log(near.slope / far.slope) / np.log(4.0)
+    exponent = 1 - np.log(slopes[1] / slopes[2]) / np.log(4.0)
     exponent = np.where(np.abs(exponent - 0.5) < 0.02, 0.5, exponent)
-    first = near.value - near.slope * h / exponent
-    second = far.value - far.slope * 4 * h / exponent
+    first = values[1] - slopes[1] * h / exponent
+    second = values[2] - slopes[2] * 4 * h / exponent
     return (4 * first - second) / 3
 
 

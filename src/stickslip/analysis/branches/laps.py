@@ -318,7 +318,7 @@ def _with_turning_points(mesh: Mesh, stretches: list[Stretch]) -> list[Stretch]:
     if not found:
         return stretches
     columns = np.stack([np.concatenate(column) for column in zip(*found, strict=True)])
-    nodes = mesh.probe(slope_zeros(lambda x: mesh.probe(x).slope, columns[:2], columns[2:]))
+    nodes = mesh.probe(slope_zeros(lambda x: mesh.slopes(x)[1], columns[:2], columns[2:]))
     result, done = [], 0
     for stretch, cells in zip(stretches, brackets, strict=True):
         mine = slice(done, done + len(cells))

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import Map1D, PointValues, domain_width, is_ok, sample
+from stickslip.analysis.maps.protocol import (
+    Map1D,
+    PointValues,
+    domain_width,
+    is_ok,
+    sample,
+    values_and_slopes,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -111,8 +118,8 @@ class Prober(Protocol):
     def slope_scale(self) -> float:
         """Mean steepness."""
 
-    def probe(self, x: Floats) -> Nodes:
-        """Evaluate the map at points."""
+    def slopes(self, x: Floats) -> tuple[Floats, Floats]:
+        """Values and slopes of the map at points."""
 
 
 @dataclass
@@ -153,6 +160,11 @@ class Mesh:
         """Evaluate the map at ascending points and count."""
         self.n_evaluations += x.size
         return Nodes.at(x, sample(self.f, x))
+
+    def slopes(self, x: Floats) -> tuple[Floats, Floats]:
+        """Values and slopes alone, sooner than nodes, and count."""
+        self.n_evaluations += x.size
+        return values_and_slopes(self.f, x)
 
     def insert(self, nodes: Nodes) -> None:
         """Add evaluated nodes; cells beside them are open again if above the resolution."""

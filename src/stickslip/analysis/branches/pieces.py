@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
 
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
+MOST_LAPS: Final = 2048  # of a map, for which a table is made of what leads where
+NEAR: Final = 1e-9  # of the domain's size: laps and images so close are taken to meet
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the domain's size: positions that coincide
 ASIDE: Final = 64  # ulp of the domain's size: sides of a break that was pulled back
 
@@ -86,15 +88,51 @@ def first_pieces(laps: Laps) -> Pieces:
     )
 
 
-def pieces_of_powers(laps: Laps, max_power: int) -> Iterator[Pieces]:
+def pieces_of_powers(laps: Laps, max_power: int, *, closed: bool = False) -> Iterator[Pieces]:
     """Yield the pieces of f, f^2, ..., up to a power, or raise `TooManyPiecesError`."""
     # ``laps`` are a table's ``laps``, or its ``pieces`` to have harmless breakpoints count too.
+    # ``closed``: those alone that orbits of a period up to that power may visit.
     pieces = first_pieces(laps)
     yield pieces
     images = _EndImages(laps)
+    returns = _Returns(laps, max_power) if closed and len(laps) <= MOST_LAPS else None
     for _ in range(max_power - 1):
-        pieces = _pulled_back(pieces, images)
+        pieces = _pulled_back(pieces, images, returns)
         yield pieces
+
+
+class _Returns:
+    """Which laps lead to which in a few maps: before what never comes back is pulled back."""
+
+    def __init__(self, laps: Laps, highest: int) -> None:
+        self.laps = laps
+        first, stop = self._met(laps.value_min, laps.value_max)
+        reach = within = np.eye(len(laps), dtype=bool)
+        self.within = [within]  # by the number of maps at most
+        for _ in range(highest - 2):
+            count = _counted(reach)
+            reach = count[stop] > count[first]
+            self.within.append(self.within[-1] | reach)
+
+    def _met(self, low: Floats, high: Floats) -> tuple[Indices, Indices]:
+        """First lap that each interval meets, and the one after the last."""
+        slack = NEAR * max(abs(end) for end in self.laps.f.domain)
+        first = np.searchsorted(self.laps.right, low - slack, side="left")
+        stop = np.searchsorted(self.laps.left, high + slack, side="right")
+        return first, np.maximum(first, stop)
+
+    def may_close(self, lap: Indices, piece: Indices, pieces: Pieces) -> NDArray[np.bool_]:
+        """Tell for which pairs the piece's image leads back to the lap."""
+        ends = pieces.left.orbit[:, -1], pieces.right.orbit[:, -1]
+        first, stop = self._met(np.minimum(*ends), np.maximum(*ends))
+        count = _counted(self.within[len(self.within) - pieces.power])
+        unknown = np.isnan(ends[0] + ends[1])[piece]
+        return unknown | (count[stop[piece], lap] > count[first[piece], lap])
+
+
+def _counted(leads: NDArray[np.bool_]) -> Indices:
+    """Count down the columns, from 0 on."""
+    return np.concatenate([np.zeros((1, len(leads)), dtype=np.intp), np.cumsum(leads, axis=0)])
 
 
 class _EndImages:
@@ -128,11 +166,14 @@ class _EndImages:
         return Ends(self.orbit[rows], self.number[rows], np.zeros(len(rows), dtype=np.intp))
 
 
-def _pulled_back(pieces: Pieces, images: _EndImages) -> Pieces:
+def _pulled_back(pieces: Pieces, images: _EndImages, returns: _Returns | None) -> Pieces:
     """Pieces of f^(k+1) from those of f^k."""
     laps = pieces.laps
     images.extend()
     lap, piece = _overlaps(pieces)
+    if returns is not None:
+        closes = returns.may_close(lap, piece, pieces)
+        lap, piece = lap[closes], piece[closes]
     falls = laps.direction[lap] < 0
     # Rows of `_EndImages` of the lower and the upper end of each lap's image.
     at_bottom = np.where(falls, len(laps) + lap, lap)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
@@ -32,10 +34,13 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 RESOLUTION: Final = 1e-9
+LARGEST: Final = 1e-3  # of the domain's width: a resolution
 SHOWN: Final = 40  # rows of a table in its repr
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
+
+_RESOLUTION: ContextVar[float] = ContextVar("resolution", default=RESOLUTION)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -156,11 +161,24 @@ class BranchTable(ResultList[Branch]):
         return {**super()._columns(), "itinerary": [self.text(b.label) for b in self]}
 
 
-def branch_table(f: Map1D, resolution: float = RESOLUTION) -> BranchTable:
+@contextmanager
+def tables_complete_above(resolution: float) -> Iterator[None]:
+    """Make tables inside for which no resolution is asked with this one."""
+    token = _RESOLUTION.set(resolution)
+    try:
+        yield
+    finally:
+        _RESOLUTION.reset(token)
+
+
+def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
     """Return the table of a map, from memory if it was made before and the map still lives."""
     lo, hi = f.domain
+    if resolution is None:
+        coarse = _RESOLUTION.get()
+        resolution = coarse if coarse == RESOLUTION else min(coarse, LARGEST * (hi - lo))
     resolution = finite_number("resolution", resolution)
-    if not 0 < resolution <= 1e-3 * (hi - lo):
+    if not 0 < resolution <= LARGEST * (hi - lo):
         raise ValueError(
             f"resolution = {resolution!r}: a positive number, at most a thousandth of the "
             f"domain's width {hi - lo:.6g}, is needed."

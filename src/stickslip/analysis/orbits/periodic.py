@@ -13,9 +13,9 @@ import numpy as np
 
 from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
-from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of
-from stickslip.analysis.maps.protocol import MapND, sample
+from stickslip.analysis.maps.protocol import MapND, sample, values_and_slopes
 from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import Polished, polish
 from stickslip.analysis.orbits.orbit import (
@@ -140,9 +140,9 @@ def periodic_orbits(
     else:
         highest = whole_number("period", period, at_most=MOST_KEPT)
         wanted = range(highest, highest + 1)
-    table = branch_table(f, RESOLUTION if resolution is None else resolution)
+    table = branch_table(f, resolution)
     search = _Search(table)
-    for p, pieces in search.powers(highest):
+    for p, pieces in search.powers(highest, closed=not infinitely_unstable):
         if p in wanted:
             search.add_orbits(pieces)
             if infinitely_unstable:
@@ -173,6 +173,11 @@ class _Counted:
         self.count[0] += np.size(x)
         return self.f.evaluate(x)
 
+    def value_and_derivative(self, x: Floats) -> tuple[Floats, Floats]:
+        """Values and slopes alone: many maps have them sooner."""
+        self.count[0] += np.size(x)
+        return values_and_slopes(self.f, x)
+
 
 class _Search:
     """Orbits found so far, and what stayed open."""
@@ -188,10 +193,10 @@ class _Search:
         self.unresolved: list[Unresolved] = list(table.unresolved)
         self.complete = 0
 
-    def powers(self, highest: int) -> Any:
+    def powers(self, highest: int, *, closed: bool) -> Any:
         """Yield (p, pieces of f^p) as far as they can be followed."""
         try:
-            for pieces in pieces_of_powers(self.laps, highest):
+            for pieces in pieces_of_powers(self.laps, highest, closed=closed):
                 self.complete = pieces.power
                 yield pieces.power, pieces
         except TooManyPiecesError as reason:

@@ -7,6 +7,7 @@ from tests.analysis.known_maps import logistic, tent
 
 import stickslip as ss
 from stickslip import examples
+from stickslip.analysis.bifurcations.crisis import crises as search
 from stickslip.analysis.bifurcations.crisis.comparison import parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import crises
 from stickslip.analysis.maps.derived import WindowMap
@@ -22,6 +23,20 @@ def found(at, values, **options):
 
 def values(events, kind=None):
     return [event.value for event in events if kind in (None, event.kind)]
+
+
+@pytest.mark.parametrize(("ends", "n"), [((3.99, 4.01), 1), ((3.856, 3.858), 0)])
+def test_what_stays_undecided_beyond_is_a_crisis_only_if_the_edge_leaves(monkeypatch, ends, n):
+    # At r = 4 the edge leaves; where three bands join, at 3.8568, it comes back.
+    real = search.kind_of_change
+
+    def undecided(*sides):
+        kind = real(*sides)
+        return "transient" if kind in ("boundary_crisis", "interior_crisis") else kind
+
+    monkeypatch.setattr(search, "kind_of_change", undecided)
+    events = found(logistic, list(ends), max_period=3)
+    assert len(values(events, "boundary_crisis")) == n
 
 
 CUBIC = PiecewiseMap(

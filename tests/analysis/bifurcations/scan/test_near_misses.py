@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stickslip.analysis.bifurcations.conditions.conditions import Fold
 from stickslip.analysis.bifurcations.scan.near_misses import NearZero, hidden_values
 from stickslip.analysis.branches.mesh import Nodes, _sign_is_sure
 
@@ -12,7 +13,9 @@ WIDTH = 1.0  # of a domain
 
 
 def hidden(values, distances):
-    return hidden_values(values, [[NearZero("a fold", 0.3, y)] for y in distances], WIDTH)
+    return hidden_values(
+        values, [[NearZero("a fold", 0.3, y, Fold(1, (0.3,)))] for y in distances], WIDTH
+    )
 
 
 @given(

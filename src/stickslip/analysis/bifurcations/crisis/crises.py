@@ -53,6 +53,7 @@ GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orb
 OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
 CLEAR: Final = 100  # errors of a value to where its sides are looked at
 STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
+FOLLOWED: Final = 2048  # steps of the orbit of an edge that has met something
 TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
 
 
@@ -109,10 +110,11 @@ class CrisisEvent:
 def crises(
     at: MapAt,
     grid: Sequence[ParameterPoint],
-    *,
     breaks: Iterable[float] = (),
+    *,
     max_period: int = 4,
     finest: float = FINEST,
+    looks: int = LOOKS,
 ) -> list[CrisisEvent]:
     """Find the crises and band mergings between two or more ascending values of a grid."""
     # What changes across ``breaks``, values of known bifurcations, is their doing. Intervals below
@@ -124,7 +126,7 @@ def crises(
 
     def between(ends: tuple[ParameterPoint, ParameterPoint]) -> list[CrisisEvent]:
         part = _Search(at, known, max_period)
-        part.interval(*ends, finest)
+        part.interval(*ends, finest, looks)
         return part.events
 
     search = _Search(at, known, max_period)
@@ -144,6 +146,22 @@ class _Ahead:
     slope: float
 
 
+def _leaves(
+    located: Located, attractor: Attractor, near: ParameterPoint, far: ParameterPoint
+) -> bool:
+    """Tell whether an edge beyond what it has met goes elsewhere for good."""
+    try:
+        (*_, x) = located.reading.condition.at(far.f).path
+    except ConditionLost:
+        return True  # the domain
+    lo, hi = far.f.domain
+    if not lo <= x <= hi:
+        return True
+    orbit = far.fast.iterate(x, FOLLOWED)[FOLLOWED // 2 :]
+    bands = partner_of(attractor, near.attractors)
+    return bands is None or not bands.contains(orbit[np.isfinite(orbit)]).any()
+
+
 class _Search:
     """Intervals that wait to be searched, the widest first, and events found so far."""
 
@@ -158,10 +176,12 @@ class _Search:
         self.looks_left -= 1
         return parameter_point(self.at, value, quick=True)
 
-    def interval(self, left: ParameterPoint, right: ParameterPoint, finest: float) -> None:
+    def interval(
+        self, left: ParameterPoint, right: ParameterPoint, finest: float, looks: int
+    ) -> None:
         """Search between two values of the grid."""
         smallest = finest * (right.value - left.value)
-        self.looks_left, self.waiting = LOOKS, []
+        self.looks_left, self.waiting = looks, []
         self._wait(left, right)
         while self.waiting and self.looks_left > 0:
             *_, left, right = heappop(self.waiting)
@@ -255,9 +275,9 @@ class _Search:
                 return CrisisEvent(kind, located, attractor, (below, above))
             if kind is None:
                 return None
-            if kind == "transient":
+            if kind == "transient" and _leaves(located, attractor, near, far):
+                # Transients beside a boundary crisis live long, but the attractor is gone.
                 last = CrisisEvent("boundary_crisis", located, attractor, (below, above))
-        # Transients beside a boundary crisis live long, but the attractor is gone.
         return last
 
     def _ahead(self, change: Change) -> list[_Ahead]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Fold
 from stickslip.analysis.bifurcations.scan.break_images import images_of_breaks
 from stickslip.analysis.maps.protocol import Labels, mix_labels
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 POINTS: Final = 2000  # of the domain, where f^p is looked at for extrema beside the diagonal
 NEAR: Final = 0.1  # of the change from value to value: an extremum this small may be zero
 SAME_PLACE: Final = 0.05  # of the domain: an extremum is followed so far from value to value
+AT_END: Final = 1e-4  # of the value before: a function this small at an end may be zero there
 TOO_CLOSE: Final = 0.02  # of the spacing: nothing new can be seen so close to a list
 
 
@@ -33,12 +35,15 @@ class NearZero:
     what: Hashable  # tells functions apart: border, side and word; or an extremum's kind and period
     x: float  # where in the domain
     distance: float  # the function
+    condition: Fold | Collision  # that it is zero
 
 
 def near_zeros(node: Node, max_period: int, classes: SymbolClasses) -> list[NearZero]:
     """Evaluate all functions that can be evaluated at a node."""
     borders = [
-        NearZero((name, one.word[:k]), one.border.x, one.off[k])
+        NearZero(
+            (name, one.word[:k]), one.border.x, one.off[k], Collision(k + 1, one.border, one.side)
+        )
         for name, one in images_of_breaks(node.table, max_period, classes).items()
         for k in range(len(one.off))
     ]
@@ -67,7 +72,9 @@ def _extrema(node: Node, max_period: int) -> Iterator[NearZero]:
             left = off[k] + 0.5 * tilt[k] * share * width
             right = off[k + 1] - 0.5 * tilt[k + 1] * (1 - share) * width
             kind = "lowest" if tilt[k] < 0 else "highest"
-            yield NearZero((kind, period), float(x[k] + share * width), float(0.5 * (left + right)))
+            fold = Fold(period, tuple(orbit[k, :period].tolist()))
+            place, distance = float(x[k] + share * width), float(0.5 * (left + right))
+            yield NearZero((kind, period), place, distance, fold)
 
 
 def hidden_values(
@@ -92,6 +99,17 @@ def hidden_values(
         if clear:
             kept.append(q)
     return kept
+
+
+def zeros_at_end(
+    here: Sequence[NearZero], before: Sequence[NearZero], width: float
+) -> Iterator[Fold | Collision]:
+    """Conditions that hold at the end of a range, as far as lists there and before it can tell."""
+    named = _by_name(before)
+    for one in here:
+        there = _same(one, named, width)
+        if there is not None and abs(one.distance) < AT_END * abs(there.distance):
+            yield one.condition
 
 
 def _by_name(functions: Sequence[NearZero]) -> dict[Hashable, list[NearZero]]:

@@ -18,28 +18,41 @@ from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions,
 from stickslip.analysis.bifurcations.scan.events import (
     SAME_VALUE,
     Event,
+    Suspect,
     flips_on,
+    in_the_middle,
     located,
     suspects_at_end,
 )
-from stickslip.analysis.bifurcations.scan.near_misses import NearZero, hidden_values, near_zeros
+from stickslip.analysis.bifurcations.scan.near_misses import (
+    NearZero,
+    hidden_values,
+    near_zeros,
+    zeros_at_end,
+)
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
+from stickslip.analysis.branches.table import RESOLUTION, branch_table, tables_complete_above
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.work import Work, in_threads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from contextlib import AbstractContextManager
 
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
 SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
 CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
+NARROW: Final = 4e-4  # of the parameter: where a range is narrower, lists keep apart for rounding
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
+CROWD: Final = 200  # breaks of a map, beyond which it is resolved less
+COARSE: Final = 1e-6  # of the domain: then
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
 MAX_NODES: Final = 1000
+MAX_CROWDED: Final = 60  # ... where breaks accumulate, and each list costs much
 JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
 GOLDEN: Final = 0.6180339887498949
 
@@ -89,41 +102,71 @@ class Survey:
         self.unresolved: list[UnresolvedChange] = []
         self.grid_nodes: list[Node] = []
         self.n_nodes = 0
+        self.resolution = RESOLUTION  # of the map's tables
         self._known: dict[tuple[float, int, int], Way] = {}
+        self._at_ends: dict[float, list[Suspect]] = {}  # events there are in no list's middle
 
     @property
     def scale(self) -> float:
-        """Length of the range."""
-        return self.hi - self.lo
+        """Length of the range, or of the narrowest one whose shares rounding leaves clear."""
+        return max(self.hi - self.lo, NARROW * max(abs(self.lo), abs(self.hi)))
+
+    @property
+    def closest(self) -> float:
+        """How close to each other lists are made."""
+        return (BESIDE if self.scale > self.hi - self.lo else SPLIT) * self.scale
 
     def run(self, n_lists: int) -> None:
         """Explain all changes; Ctrl-C leaves out the rest where a ``partial`` answer is wanted."""
         kept: list[Node] = []
         known = self._known_so_far()
-        with self.work.until_interrupted():
-            self.grid_nodes = self._nodes(grid(self.lo, self.hi, n_lists))
+        n = min(n_lists, 2 + int((self.hi - self.lo) / self.closest))
+        values = grid(self.lo, self.hi, n)
+        with self.work.until_interrupted(), self._coarsened(values):
+            known = self._known_so_far()
+            self.grid_nodes = self._nodes(values)
             self._look_for_hidden()
             kept.append(self.grid_nodes[0])
             for right in self.grid_nodes[1:]:
                 self._explain_or_tell(kept[-1], right)
                 off = [abs(event.value - right.q) for event in self.events]
-                if (
-                    right is not self.grid_nodes[-1]
-                    and min(off, default=math.inf) <= SPLIT * self.scale
-                ):
+                if right is not self.grid_nodes[-1] and min(off, default=math.inf) <= self.closest:
                     # What a list shows in the very middle of an event is an accident: not this one.
                     self._go_back(known)
                     self._known.clear()  # ways that have come too close to the event to miss it
                     continue
                 kept.append(right)
                 known = self._known_so_far()
-                self.work.tell((right.q - self.lo) / self.scale)
+                self.work.tell((right.q - self.lo) / (self.hi - self.lo))
         if self.work.interrupted:
             self._go_back(known)
             reached = kept[-1].q if kept else self.lo
             self.unresolved.append(UnresolvedChange("interrupted: not looked at", reached, self.hi))
         self.grid_nodes = kept
         self.spans.sort(key=lambda span: span.left.q)
+
+    @property
+    def crowded(self) -> bool:
+        """Whether breaks accumulate, so that the map is resolved less."""
+        return self.resolution > RESOLUTION
+
+    def resolved(self) -> AbstractContextManager[None]:
+        """Make tables as fine as the lists of this range."""
+        return tables_complete_above(self.resolution)
+
+    def _coarsened(self, values: Sequence[float]) -> AbstractContextManager[None]:
+        """Resolve less where breaks accumulate, and say so."""
+        for q in (values[0], values[len(values) // 2], values[-1]):
+            crowd = len(branch_table(self.family.at(q)).breakpoints)
+            if crowd > CROWD:
+                self.resolution = COARSE * self.width
+                reason = (
+                    f"{crowd} breaks accumulate: lists are complete above {self.resolution:.2g}, "
+                    "and fewer values are looked at"
+                )
+                self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
+                break
+        return self.resolved()
 
     def _known_so_far(self) -> tuple[int, int, list[Event]]:
         return len(self.spans), len(self.unresolved), list(self.events)
@@ -143,9 +186,12 @@ class Survey:
             values = [node.q for node in self.grid_nodes]
             fresh = hidden_values(values, [seen[q] for q in values], self.width)
             if not fresh:
-                return
+                break
             self.grid_nodes += self._nodes(fresh)
             self.grid_nodes.sort(key=lambda node: node.q)
+        for q, before in (values[:2], values[:-3:-1]):
+            conditions = zeros_at_end(seen[q], seen[before], self.width)
+            self._at_ends[q] = [Suspect(one, q, self.closest) for one in conditions]
 
     def _nodes(self, values: Sequence[float], besides: Sequence[float] = ()) -> list[Node]:
         """Make lists at several values, two at a time: most of the work is the map's own."""
@@ -190,7 +236,7 @@ class Survey:
 
     def _may_narrow(self, span: Span) -> bool:
         wide = span.right.q - span.left.q > NARROWEST * self.scale
-        return wide and self.n_nodes < MAX_NODES
+        return wide and self.n_nodes < (MAX_CROWDED if self.crowded else MAX_NODES)
 
     def _look(self, span: Span) -> tuple[list[Event], list[UnresolvedChange]]:
         """Join two lists; return events that are new, and what none explains."""
@@ -223,6 +269,11 @@ class Survey:
             elif way.end.reason != "end of domain":
                 unexplained.append(self._open(span, piece, f"an orbit ends ({way.end.reason})"))
             span.endings.append(Ending(piece, event, way.end.reason))
+        for node in (span.left, span.right):
+            for suspect in self._at_ends.get(node.q, []):
+                event = located(suspect, self.family, self._within(span))
+                if event is not None and in_the_middle(node.q, [event.value]):
+                    self._add(event, fresh)
         if not (fresh or unexplained):
             unexplained += self._hidden_collisions(span, fresh)
         return fresh, unexplained
@@ -347,8 +398,8 @@ class Survey:
         for k, group in enumerate(groups):
             rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
             # An event at the value of a list, as at an end of the range, has its list already.
-            open_sides = [side for side in (0, 1) if rooms[side] > SPLIT * self.scale]
-            beside = min(BESIDE * self.scale, *(CLEAR * rooms[side] for side in open_sides))
+            open_sides = [side for side in (0, 1) if rooms[side] > self.closest]
+            beside = min([BESIDE * self.scale, *(CLEAR * rooms[side] for side in open_sides)])
             for side in open_sides:
                 value = group[-1].value + beside if side else group[0].value - beside
                 places[k, side] = value, beside

@@ -224,9 +224,9 @@ class NearDiscontinuity:
         """As in tables."""
         return RESOLUTION * min(1.0, self.value_scale)
 
-    def probe(self, x: Floats) -> Nodes:
+    def slopes(self, x: Floats) -> tuple[Floats, Floats]:
         """Evaluate the map."""
-        return Nodes.at(x, sample(self.f, x))
+        return values_and_slopes(self.f, x)
 
 
 def _by_labels(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None:
