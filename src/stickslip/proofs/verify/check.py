@@ -39,6 +39,8 @@ from stickslip.proofs.verify.words import (
 
 WIDE_BITS: Final = 128  # where intervals are wide
 MOST_PARTS: Final = 20_000  # of an interval beside a jump
+LEAST: Final = 1e-6  # of the distance from it: a part
+GROWTH: Final = 1.03  # of parts, from one to the next
 NARROWEST: Final = 1e-12  # an interval of d, before it counts as undecided
 
 
@@ -173,8 +175,7 @@ def _border(values: dict[str, str], c: Border, digits: int) -> tuple[arb, list[a
     sides = [_Side(_at(values, c, p), c, digits) for p in (low, high)]
     if not sides[0].miss * sides[1].miss < 0:
         raise Refused(f"value is stated as {c.value}, but nothing changes there")
-    width = arb(10) ** (-digits - 4)
-    for _ in range(2):
+    for width in (arb(10) ** (-digits - 4), 2 * arb(10) ** (-digits - 5)):
         a, b = (side.miss for side in sides)
         root = (low - a * (high - low) / (b - a)).mid()  # of the secant
         low, high = (root - width).mid(), (root + width).mid()
@@ -203,11 +204,12 @@ def _lost(side: _Side, c: Border, digits: int) -> None:
     low, high = _narrowed(motion, *side.ends, word, arb(10) ** (-3 * digits - 4))
     left = motion.step(low)[0] == word
     near, reach = ball(c.points[0]).mid(), ball(c.reach)
-    ends = [((near - reach).lower(), low), (high, (near + reach).upper())]
+    ends = [((near - reach).lower(), low), ((near + reach).upper(), high)]
     here, there = ends if left else ends[::-1]
-    if any(told == word for told, _, _ in _parts(motion, *there)):
+    gap = low.union(high)
+    if any(told == word for told, _, _ in _parts(motion, *there, gap.mid())):
         raise Refused(f"the itinerary {word!r} is on both sides of the jump")
-    found = _parts(motion, *here)
+    found = _parts(motion, *here, gap.mid())
     if any(told != word for told, _, _ in found):
         raise Refused(f"the itinerary is not {word!r} on all of one side of the jump")
     value = reduce(arb.union, (x for _, x, _ in found))
@@ -217,7 +219,6 @@ def _lost(side: _Side, c: Border, digits: int) -> None:
     miss = _power(motion, edge, c.itinerary)[0] - edge
     if not miss * (slope * rate - 1) * (-1 if left else 1) > 0:
         raise Refused(f"the orbit is not shown to be lost: {edge.str(digits)} comes near itself")
-    gap = low.union(high)
     for told, value, _ in motion.outcomes(gap):
         if told == word and _power(motion, value, c.itinerary[1:])[0].overlaps(gap):
             raise Refused(f"the orbit is not shown to be lost: one may pass d = {gap.str(digits)}")
@@ -233,18 +234,22 @@ def _narrowed(motion: Motion, low: arb, high: arb, word: str, width: arb) -> tup
     return low, high
 
 
-def _parts(motion: Motion, low: arb, high: arb) -> list[tuple[str, arb, arb]]:
-    """Return what the map does on parts that cover an interval."""
-    waiting, found = [(low, high)], []
-    while waiting:
-        low, high = waiting.pop()
+def _parts(motion: Motion, far: arb, near: arb, jump: arb) -> list[tuple[str, arb, arb]]:
+    """Return what the map does on parts that cover an interval up to nearly a jump."""
+    # They shrink with the distance: a part that is too wide takes ten times longer to refuse.
+    found, share = [], arb(0.25)
+    while far != near:
+        to = (far + (jump - far) * share).mid()
+        if abs(to - jump) <= abs(near - jump):
+            to = near
         try:
-            found.append(motion.step(low.union(high)))
+            found.append(motion.step(far.union(to)))
         except Refused:
-            middle = ((low + high) / 2).mid()
-            if len(found) > MOST_PARTS or not low < middle < high:
+            if share < LEAST or len(found) > MOST_PARTS:
                 raise
-            waiting += [(low, middle), (middle, high)]
+            share = (share * 0.6).mid()
+        else:
+            far, share = to, (share * GROWTH).mid()
     return found
 
 
