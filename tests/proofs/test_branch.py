@@ -1,5 +1,6 @@
 """Branches proven over intervals of a parameter, and confirmed by the second program."""
 
+import functools
 import json
 from fractions import Fraction
 
@@ -15,7 +16,7 @@ from stickslip.proofs.certify import certify_branch
 from stickslip.proofs.verify.branch import in_tube
 from stickslip.proofs.verify.check import check, check_text
 from stickslip.proofs.verify.motion import Motion
-from stickslip.proofs.verify.words import read
+from stickslip.proofs.verify.words import Refused, read
 
 RANGE = (0.0366, 0.0372)
 FIXED_POINTS = {"S1": -0.0399143, "U1": 0.0886133, "U2": 0.3716257}
@@ -162,3 +163,62 @@ def test_a_tube_holds_what_is_within_its_radius():
     for share, inside in ((0.9, True), (1.1, False)):
         assert in_tube(theorem, value, (low + high) / 2 + share * radius) is inside
     assert not in_tube(theorem, arb("0.04"), low)
+
+
+def restated(document):
+    """The document with the statement that its entries make, as a forger writes it."""
+    return {**document, "statement": read(document).statement()}
+
+
+@functools.cache
+def beside_a_graze():
+    """The stable orbit of period 55 that passes a graze at two of its points, as a document."""
+    proof = certify_branch(model(V=0.0372), 0.27954114, 55, "V", ("0.037199", "0.0372"), digits=6)
+    return proof.text()
+
+
+def test_an_orbit_that_passes_a_graze_is_proven_in_few_pieces():
+    document = json.loads(beside_a_graze())
+    assert document["stable"]
+    assert len(document["nodes"]) < 12
+    assert check(document).statement() == document["statement"]
+    f = ss.event_map(model(V=0.0371995))
+    orbit = f.iterate(0.2795, 2000)[-55:]
+    assert distance(document, 0.0371995, orbit) < 1
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"stable": False}, "stable is stated as False"),
+        ({"radii": "1e-03"}, "cannot be told|itinerary|tube"),
+        pytest.param({"radii": "1e-12"}, "not shown to be in the tube", marks=pytest.mark.slow),
+        pytest.param(
+            {"shift": Fraction(1, 10**5)}, "in the tube|itinerary", marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_forgeries_beside_a_graze_are_refused(change, reason):
+    document = json.loads(beside_a_graze())
+    first = document["nodes"][:2]
+    document["nodes"], document["radii"] = first, document["radii"][:1]
+    if "shift" in change:
+        document["nodes"] = [[p, str(float(Fraction(d) + change["shift"]))] for p, d in first]
+    elif "radii" in change:
+        document["radii"] = [change["radii"]]
+    else:
+        document |= change
+    with pytest.raises(Refused, match=reason):
+        check(restated(document))
+
+
+@pytest.mark.slow
+def test_it_is_lost_where_it_grazes():
+    near = 0.2794
+    points = ss.event_map(model(V=0.03715)).iterate(near, 4000)[-55:]
+    near = np.sort(points[abs(points - 0.2796) < 1e-3])[-2]
+    proof = certify_branch(model(V=0.03715), near, 55, "V", ("0.0371", "0.03716"), digits=8)
+    (border,) = proof.document["lost"]
+    assert border["exists"] == "above"
+    assert border["value"].startswith("0.037146837")
+    assert check_text(proof.text()).statement() == proof.statement

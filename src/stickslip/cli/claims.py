@@ -255,6 +255,7 @@ STUDY_EXAMPLES = """\
 stickslip study --list
 stickslip study leine1998
 stickslip study quasistatic 1 --out figures --check
+stickslip study galvanetto2001 --proven
 """
 
 
@@ -262,6 +263,7 @@ def study(
     name: str | None = None,
     *figures: int,
     list: Flag = False,
+    proven: Flag = False,
     out: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
     check: Flag = False,
     output: OutputOptions = OutputOptions(),
@@ -280,10 +282,14 @@ def study(
         Numbers of figures; all that there are if not given.
     list
         List the studies instead.
+    proven
+        Prove the study's bifurcation diagram instead: certificates that `stickslip verify` checks,
+        a table of what is proven and what is not, and a picture, in out/NAME-proven. Takes minutes.
     out
         Folder to write to, out/NAME if not given; made if it is not there.
     check
-        Exit with code 4 unless every claim holds, as it is stated or with a correction.
+        Exit with code 4 unless every claim holds, as it is stated or with a correction; or unless
+        all parts are proven.
     """
     from stickslip import studies
 
@@ -297,5 +303,37 @@ def study(
         return DONE
     if name is None:
         raise UsageError("name a study; stickslip study --list names them all")
+    if proven:
+        if figures:
+            raise UsageError("--proven takes no figure numbers: it is about one diagram")
+        return _prove(name, out or Path("out") / f"{name}-proven", check=check, output=output)
     folder = out or Path("out") / name
     return _deliver("study", name, figures, folder, check=check, output=output)
+
+
+def _prove(name: str, out: Path, *, check: bool, output: OutputOptions) -> int:
+    """Prove a study's diagram, one part after the other, and print what is proven and what not."""
+    from stickslip.studies import proven
+
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"--out {out} is a file; certificates go to a folder")
+
+    def track(proofs: Iterator[proven.Proof]) -> Iterator[proven.Proof]:
+        for each in proofs:
+            if not output.quiet:
+                print(each.text(), file=sys.stderr)
+            yield each
+
+    done = proven.prove(name, out, track=track)
+    result = {
+        "file": [str(path) for path in done.files],
+        "part": [each.name for each in done.proofs],
+        "proven": [bool(each.certificate) for each in done.proofs],
+        "from": [float(each.low) for each in done.proofs],
+        "to": [float(each.high) for each in done.proofs],
+        "what": [each.what for each in done.proofs],
+        "not_proven": [*done.unproven],
+    }
+    output.tell("study", {"name": name, "proven": True}, result, done.text())
+    failed = not all(each.certificate for each in done.proofs)
+    return CLAIM_FAILED if check and failed else DONE

@@ -47,7 +47,7 @@ class Event:
     decisions: tuple[Decision, ...] = ()  # left open on the way to it
 
 
-class _Signal:
+class Signal:
     """A signal with its derivatives and bounds, and its values at the time reached."""
 
     def __init__(self, block: int, end: int, wave: Wave) -> None:
@@ -123,7 +123,7 @@ def possible_events(phase: Phase | TaylorStep, *, at_touch: bool = False) -> lis
     that just touches, and the states agree to first order there. Otherwise the time of landing is
     enclosed for the whole box, and gradients are lost.
     """
-    signals = [_Signal(*signal) for signal in phase.signals]
+    signals = [Signal(*signal) for signal in phase.signals]
     s = arb(0)
     missed: tuple[Decision, ...] = ()
     found: list[Event] = []
@@ -161,7 +161,7 @@ def _with(event: Event, before: tuple[Decision, ...]) -> Event:
     return Event(event.block, event.end, event.time, before + event.decisions)
 
 
-def _safe_step(signals: list[_Signal]) -> float | None:
+def _safe_step(signals: list[Signal]) -> float | None:
     """Return a time in which nothing happens; None if the box leaves open too much for one."""
     steps = [signal.safe() for signal in signals]
     h = min(CAUTION * min(steps), signals[0].room)
@@ -176,7 +176,7 @@ def _safe_step(signals: list[_Signal]) -> float | None:
     return None
 
 
-def _clean(signals: list[_Signal], s: arb) -> Event | None:
+def _clean(signals: list[Signal], s: arb) -> Event | None:
     """Return the event if one signal crosses while all others stay positive."""
     for signal in signals:
         if not (signal.g > 0 and signal.rate < 0):
@@ -188,14 +188,14 @@ def _clean(signals: list[_Signal], s: arb) -> Event | None:
     return None
 
 
-def _beyond(signal: _Signal) -> float:
+def _beyond(signal: Signal) -> float:
     """Propose a time by which a falling signal is negative on the whole box."""
     slowest = -float(signal.rate.upper())
     return 1.3 * float(signal.g.upper()) / slowest if slowest > 0 else 0.0
 
 
 def _window(
-    signals: list[_Signal], s: arb, at_touch: bool
+    signals: list[Signal], s: arb, at_touch: bool
 ) -> tuple[list[Event], tuple[Decision, ...] | None, arb]:
     """Return the events that may come in a short time, what holds if none does, and its end."""
     # The time is short enough for each signal to be monotone or to have one minimum in it, and long
@@ -217,7 +217,7 @@ def _window(
     raise Undecided("the box is too wide to tell the next event")
 
 
-def _fate(x: _Signal, s: arb, h: float) -> str | None:
+def _fate(x: Signal, s: arb, h: float) -> str | None:
     """How a signal goes through the window."""
     if x.stays(h):
         return "stays"
@@ -227,7 +227,7 @@ def _fate(x: _Signal, s: arb, h: float) -> str | None:
 
 
 def _fork(
-    signals: list[_Signal], kinds: list[str | None], s: arb, h: float, at_touch: bool
+    signals: list[Signal], kinds: list[str | None], s: arb, h: float, at_touch: bool
 ) -> tuple[list[Event], tuple[Decision, ...] | None, arb]:
     """Return what `_window` does, given how each signal goes through it."""
     crossing = [x for x, kind in zip(signals, kinds, strict=True) if kind == "crosses"]
@@ -251,7 +251,7 @@ def _fork(
     return found, None if crossing else misses, end
 
 
-def _tie(pair: list[_Signal], times: list[Number]) -> list[tuple[Decision, ...]]:
+def _tie(pair: list[Signal], times: list[Number]) -> list[tuple[Decision, ...]]:
     """Ask which of two events comes first."""
     x, y = pair
     blocks = tuple(sorted({x.block + 1, y.block + 1}))
@@ -261,7 +261,7 @@ def _tie(pair: list[_Signal], times: list[Number]) -> list[tuple[Decision, ...]]
     ]
 
 
-def _start(x: _Signal, s: arb, h: float) -> arb:
+def _start(x: Signal, s: arb, h: float) -> arb:
     """Return a window with the root for all parameters, also those of the continuation."""
     if x.g > 0:
         return hull(s, s + h)
@@ -275,7 +275,7 @@ def _start(x: _Signal, s: arb, h: float) -> arb:
     raise Undecided("an event at the start of a phase is not transversal")
 
 
-def _touch(x: _Signal, s: arb, h: float, at_touch: bool) -> tuple[Number, Number]:
+def _touch(x: Signal, s: arb, h: float, at_touch: bool) -> tuple[Number, Number]:
     """Return when a block lands that may graze, and the margin: the least slip speed."""
     bottom = root(x.slope, hull(s, s + h))
     margin = x.wave(bottom)
@@ -284,6 +284,6 @@ def _touch(x: _Signal, s: arb, h: float, at_touch: bool) -> tuple[Number, Number
     return bottom.vague(hull(s, bottom.range.upper())), margin
 
 
-def _first(x: _Signal) -> str:
+def _first(x: Signal) -> str:
     what = "is released" if x.end else "comes to rest"
     return f"block {x.block + 1} {what} first"

@@ -12,6 +12,7 @@ from flint import arb
 
 from stickslip.proofs.events import Decision, possible_events
 from stickslip.proofs.jet import Jet, Number, spread, tight
+from stickslip.proofs.landing import at_turn
 from stickslip.proofs.system import System
 from stickslip.proofs.wave import Undecided
 
@@ -127,12 +128,17 @@ def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
             else:
                 choices = _landing(system, i, e[i])
         for mode, asked in choices:
-            modes = [mode if k == i else before for k, before in enumerate(state.modes)]
+            first, second = (mode if k == i else before for k, before in enumerate(state.modes))
+            speeds, forces = (w[0], w[1]), (e[0], e[1])
+            if i is not None and not (event.end or mode or event.decisions or asked):
+                speeds, forces = at_turn(
+                    system, phase, i, event.time, (first, second), speeds, forces
+                )
             found.append(
                 _State(
-                    (modes[0], modes[1]),
-                    (w[0], w[1]),
-                    (e[0], e[1]),
+                    (first, second),
+                    speeds,
+                    forces,
                     released,
                     state.phases + 1,
                     words,

@@ -108,11 +108,12 @@ def _on_side(
     if not speed.is_finite() or speed.contains(0):
         raise Undecided("the orbit is not shown to cross the jump transversally")
     around = _round(setting, box, period, sign)
+    near_by = arb(0, arb(10) ** (-digits - 4))  # the second program looks beside the value
     return {
         "parameter": setting.varied[0],
         "value": rounded(found[1], digits),
         "period": period,
-        "points": [rounded(x.range, digits) for x in around.points],
+        "points": [rounded(x.range + near_by, digits) for x in around.points],
         "itinerary": around.words,
         "itinerary_beyond": around.beyond.itinerary,
         "exists": "below" if bool(speed * sign < 0) else "above",

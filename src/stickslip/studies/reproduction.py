@@ -62,7 +62,7 @@ def reproduce(
     study = source_named(source)
     wanted = figures.select(numbers, study.package)
     formats = check_formats(formats)
-    folder = _writable(Path(out))
+    folder = writable(Path(out))
     files: list[Path] = []
     captions: dict[int, str] = {}
     pictures: dict[int, str] = {}
@@ -131,7 +131,7 @@ def _figure(
         return paper.caption(data), save(figure, folder / f"fig{number:02d}", formats)
 
 
-def _writable(folder: Path) -> Path:
+def writable(folder: Path) -> Path:
     """Fail before the first computation, not after it."""
     folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK | os.X_OK):

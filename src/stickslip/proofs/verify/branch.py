@@ -31,6 +31,35 @@ class _Stretch(NamedTuple):
         return self.start + self.slope * (p - self.low)
 
 
+class _Slanted(NamedTuple):
+    """Points d = middle + drift * (parameter's distance) + stretch * (distance across the tube)."""
+
+    middle: arb
+    drift: arb
+    stretch: arb
+    along: arb
+    across: arb
+    within: arb | None
+
+    @property
+    def d(self) -> arb:
+        """Enclose all of them."""
+        found = self.middle + self.drift * self.along + self.stretch * self.across
+        return found if self.within is None else found.intersection(self.within)
+
+    def halves(self) -> list[_Slanted]:
+        """Cut whichever side spreads the points more."""
+        name = (
+            "along"
+            if (self.drift * self.along).rad() > (self.stretch * self.across).rad()
+            else "across"
+        )
+        whole = getattr(self, name)
+        half = whole.rad() / 2
+        parts = (whole.mid() + sign * half + arb(0, half) for sign in (-1, 1))
+        return [self._replace(**{name: part}) for part in parts]
+
+
 def check_branch(values: dict[str, str], names: tuple[str, ...], c: Branch) -> None:
     """Refuse unless the branch runs through its tube from end to end, as stated."""
     # `names` are those of the parameter in the system. At a node both tubes have the same centre:
@@ -84,34 +113,50 @@ def _holds(
     p, x, slope, radius = (
         enclosed(each) for each in (middle, tube.line(middle), tube.slope, tube.radius)
     )
-    still, fixed, varied = (
-        Motion(values, **dict.fromkeys(names, each))
-        for each in (p, p + along, arb_series([p + along, 1]))
-    )
+
+    def rates(box: _Slanted, word: str) -> tuple[arb, arb, arb]:
+        """Return the map's range, and its derivatives in d and in the parameter, on a part."""
+        # A step of the map that the whole part is too wide for is taken on halves: near a graze.
+        waiting, found = [(box, FINEST)], []
+        while waiting:
+            box, left = waiting.pop()
+            q, d = p + box.along, box.d
+            try:
+                told, value = Motion(values, **dict.fromkeys(names, q)).series(d)
+                if told != word:
+                    raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
+                series = dict.fromkeys(names, arb_series([q, 1]))
+                push = Motion(values, **series).series(arb_series([d]))[1][1]
+                found.append((value[0], value[1], push))
+            except Refused:
+                if not left:
+                    raise
+                waiting += [(half, left - 1) for half in box.halves()]
+        ranges, slopes, pushes = (reduce(arb.union, each) for each in zip(*found, strict=True))
+        return ranges, slopes, pushes
+
+    still = Motion(values, **dict.fromkeys(names, p))
 
     def strip(x: arb, across: arb) -> tuple[arb, arb]:
         """Return f^p(d) - d along a line and (f^p)' around it; each step on a box of its own."""
-        # By the chain rule, derivatives along the line and across it: `varied` has them in the
-        # parameter, `fixed` in d.
-        points, end, drift, multiplier = [], x, slope, arb(1)
-        box = x + slope * along + across
+        points, box = [], _Slanted(x, slope, arb(1), along, across, None)
         for word in c.itinerary:
-            points.append(box)
-            told, value = fixed.series(box)
-            if told != word:
-                raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
-            _, end, _ = still.step(end)
-            _, push = varied.series(arb_series([box]))
-            drift = value[1] * drift + push[1]
-            multiplier = value[1] * multiplier
-            box = value[0].intersection(end + drift * along + multiplier * across)
+            points.append(box.d)
+            value, rate, push = rates(box, word)
+            box = box._replace(
+                middle=still.step(box.middle)[1],
+                drift=rate * box.drift + push,
+                stretch=rate * box.stretch,
+                within=value,
+            )
         ordered = sorted(points, key=arb.mid)
         if any(a.overlaps(b) for a, b in itertools.pairwise(ordered)):
             raise Refused("two points of the orbit are not told apart")
+        multiplier = box.stretch
         if not (abs(multiplier) < 1 if c.stable else abs(multiplier) > 1):
             told = multiplier.str(5)
             raise Refused(f"stable is stated as {c.stable}, the multiplier is {told} in the tube")
-        return end - x + (drift - slope) * along, multiplier
+        return box.middle - x + (box.drift - slope) * along, multiplier
 
     across = arb(0, (radius / strips).upper())
     miss, multiplier = strip(x, across)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Iterator, Sequence
+from functools import reduce
 from typing import Any, Final
 
 from flint import arb, arb_series, ctx
@@ -37,6 +38,9 @@ from stickslip.proofs.verify.words import (
 )
 
 WIDE_BITS: Final = 128  # where intervals are wide
+MOST_PARTS: Final = 20_000  # of an interval beside a jump
+LEAST: Final = 1e-6  # of the distance from it: a part
+GROWTH: Final = 1.03  # of parts, from one to the next
 NARROWEST: Final = 1e-12  # an interval of d, before it counts as undecided
 
 
@@ -171,8 +175,7 @@ def _border(values: dict[str, str], c: Border, digits: int) -> tuple[arb, list[a
     sides = [_Side(_at(values, c, p), c, digits) for p in (low, high)]
     if not sides[0].miss * sides[1].miss < 0:
         raise Refused(f"value is stated as {c.value}, but nothing changes there")
-    width = arb(10) ** (-digits - 4)
-    for _ in range(2):
+    for width in (arb(10) ** (-digits - 4), 2 * arb(10) ** (-digits - 5)):
         a, b = (side.miss for side in sides)
         root = (low - a * (high - low) / (b - a)).mid()  # of the secant
         low, high = (root - width).mid(), (root + width).mid()
@@ -190,10 +193,64 @@ def _border(values: dict[str, str], c: Border, digits: int) -> tuple[arb, list[a
     _distinct(points)
     for side in sides:
         _discontinuous(side.motion, *side.ends)
-    near = ball(c.points[0]).mid() + arb(0, ball(c.reach).upper())
-    for box in _open(without.motion, [near], c.period, [], arb(10) ** (-3 * digits), c.itinerary):
-        raise Refused(f"the orbit is not shown to be lost: one may pass d = {box.str(digits)}")
+    _lost(without, c, digits)
     return low if c.exists == "below" else high, points
+
+
+def _lost(side: _Side, c: Border, digits: int) -> None:
+    """Refuse unless no orbit with the itinerary has a point near the jump."""
+    # From the edge on, f^period(d) - d is monotone and goes away from 0, or has another itinerary.
+    motion, word = side.motion, c.itinerary[0]
+    low, high = _narrowed(motion, *side.ends, word, arb(10) ** (-3 * digits - 4))
+    left = motion.step(low)[0] == word
+    near, reach = ball(c.points[0]).mid(), ball(c.reach)
+    ends = [((near - reach).lower(), low), ((near + reach).upper(), high)]
+    here, there = ends if left else ends[::-1]
+    gap = low.union(high)
+    if any(told == word for told, _, _ in _parts(motion, *there, gap.mid())):
+        raise Refused(f"the itinerary {word!r} is on both sides of the jump")
+    found = _parts(motion, *here, gap.mid())
+    if any(told != word for told, _, _ in found):
+        raise Refused(f"the itinerary is not {word!r} on all of one side of the jump")
+    value = reduce(arb.union, (x for _, x, _ in found))
+    slope = reduce(arb.union, (rate for _, _, rate in found))
+    _, rate = _power(motion, value, c.itinerary[1:])
+    edge = low if left else high
+    miss = _power(motion, edge, c.itinerary)[0] - edge
+    if not miss * (slope * rate - 1) * (-1 if left else 1) > 0:
+        raise Refused(f"the orbit is not shown to be lost: {edge.str(digits)} comes near itself")
+    for told, value, _ in motion.outcomes(gap):
+        if told == word and _power(motion, value, c.itinerary[1:])[0].overlaps(gap):
+            raise Refused(f"the orbit is not shown to be lost: one may pass d = {gap.str(digits)}")
+
+
+def _narrowed(motion: Motion, low: arb, high: arb, word: str, width: arb) -> tuple[arb, arb]:
+    """Close in on where an itinerary ends that one of two points has."""
+    first = motion.step(low)[0] == word
+    while high - low > width:
+        middle = (low + (high - low) * arb(0.4375)).mid()
+        same = (motion.step(middle)[0] == word) is first
+        low, high = (middle, high) if same else (low, middle)
+    return low, high
+
+
+def _parts(motion: Motion, far: arb, near: arb, jump: arb) -> list[tuple[str, arb, arb]]:
+    """Return what the map does on parts that cover an interval up to nearly a jump."""
+    # They shrink with the distance: a part that is too wide takes ten times longer to refuse.
+    found, share = [], arb(0.25)
+    while far != near:
+        to = (far + (jump - far) * share).mid()
+        if abs(to - jump) <= abs(near - jump):
+            to = near
+        try:
+            found.append(motion.step(far.union(to)))
+        except Refused:
+            if share < LEAST or len(found) > MOST_PARTS:
+                raise
+            share = (share * 0.6).mid()
+        else:
+            far, share = to, (share * GROWTH).mid()
+    return found
 
 
 def _along(values: dict[str, str], c: Branch, digits: int) -> None:

@@ -19,6 +19,7 @@ RANGES: Final = {
     "delta": (0.0, 1.0),
     "eta": (0.0, 1e4),
 }
+SOON: Final = 0.1  # between a landing and a turn, in units of sqrt(m / k)
 GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
 
 
@@ -33,7 +34,7 @@ class Wave:
         value = self.constant + self.rate * t
         for omega, a, b in self.terms:
             angle = omega * t
-            sine, cosine = angle.sin_cos() if isinstance(angle, arb) else (angle.sin(), angle.cos())
+            sine, cosine = _sin_cos(angle)
             value = value + a * cosine + b * sine
         return value
 
@@ -68,6 +69,16 @@ class Wave:
 def flat(x: Any) -> arb:
     """Range of a series, or of a number."""
     return x[0] if isinstance(x, arb_series) else arb(x)
+
+
+def _sin_cos(x: Any) -> tuple[Any, Any]:
+    return x.sin_cos() if isinstance(x, arb) else (x.sin(), x.cos())
+
+
+def _sharper(x: arb_series, y: arb_series) -> arb_series:
+    """Intersect two enclosures of a value and its derivative."""
+    first = [a.intersection(b) if a.is_finite() else b for a, b in ((x[k], y[k]) for k in (0, 1))]
+    return arb_series([*first, *(x[k] for k in range(2, ctx.cap))])
 
 
 class Signal:
@@ -207,7 +218,46 @@ class Motion:
                 u = [arb_series([flat(a), arb(0, float("inf"))]) for a in u]
             for mode, certain in self._modes_after(signal, self._need(y, i)):
                 after = (mode, modes[1]) if i == 0 else (modes[0], mode)
-                yield from self._follow((y, u, after), words, known and certain)
+                state = (y, u, after)
+                if known and certain and not (mode or signal.end):
+                    state = self._turned(waves, signal, t, state)
+                yield from self._follow(state, words, known and certain)
+
+    def _turned(self, waves: list[Wave], signal: Signal, t: arb_series, state: Any) -> Any:
+        """Return the state when a block that landed at t would have turned, if that is soon."""
+        # Just before a graze derivatives of t are large: there they are those of the motion without
+        # the landing, and of integrals of its velocity over the time between.
+        x, v, after = state
+        i, j = signal.block, 1 - signal.block
+        fall, bend = signal.rate(t[0]), signal.rate.derivative()(t[0])
+        if not (fall < 0 < bend) or not -fall < SOON * bend:
+            return state
+        start, h = t[0].lower(), (4 * t[0].rad() - 2 * fall / bend).upper()
+        turning = Signal(i, 0, signal.wave.derivative())
+        if not (turning.range(start) < 0 < turning.range(start + h)):
+            return state
+        if not turning.rate(start.union(start + h)) > 0:
+            return state
+        turn = turning.root(start, h)
+        rest = turn - t
+        if after[j]:
+            riding = self._waves(x, v, after)
+            if not all(s.stays(arb(0), rest[0].upper()) for s in self._signals(riding, after)):
+                return state
+        else:
+            riding = [Wave(each, self.V, []) for each in x]
+        r = arb(0).union(rest[0].upper())
+        speed = (waves[i].derivative()(turn - r) - self.V) * rest[0].nonnegative_part()
+        omega = (1 + self.alpha).sqrt()
+        sine, cosine = _sin_cos(omega * r)
+        pull = [-self.alpha * (1 - cosine) / (1 + self.alpha), -self.alpha * sine / omega]
+        y, u = [wave(rest) for wave in riding], [self.V, self.V]
+        y[i] = _sharper(y[i], waves[i](turn) - speed)
+        if after[j]:
+            y[j] = _sharper(y[j], waves[j](turn) + pull[0] * speed)
+            u[j] = riding[j].derivative()(rest)
+            u[j] = _sharper(u[j], waves[j].derivative()(turn) + pull[1] * speed)
+        return y, u, after
 
     def _modes_after(self, signal: Signal, force: arb) -> list[tuple[int, bool]]:
         if signal.end:
