@@ -153,7 +153,7 @@ def periodic_orbits(
 def jump_orbits(table: BranchTable, max_period: int) -> list[PeriodicOrbit]:
     """Find the infinitely unstable orbits alone, up to a period."""
     search = _Search(table)
-    for _, pieces in search.powers(max_period):
+    for _, pieces in search.powers(max_period, closed=False):
         search.add_jump_orbits(pieces)
     return search.orbits
 
