@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from stickslip.mechanics.eventmap.loop import Loop, row_norm, settles
+from stickslip.mechanics.eventmap.loop import Loop, excess, row_norm
 
 pytestmark = pytest.mark.kernel
 
@@ -14,7 +14,7 @@ def told(turn, earlier, moved, room):
     n = len(earlier)
     rows = (np.array(earlier, float), np.array(moved, float), np.array(turn, float))
     with np.errstate(over="ignore", invalid="ignore"):  # powers of turns that expand
-        return settles(Loop(*rows, np.zeros((n, n))), room)
+        return excess(Loop(*rows, *np.zeros((3, n, n))), room) < 1.0
 
 
 def random_turn(rng, n, radius):
