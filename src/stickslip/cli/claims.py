@@ -233,8 +233,7 @@ def _deliver(
     """Compute a study, write its files, and print what became of its claims."""
     from stickslip import studies
 
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"--out {out} is a file; figures go to a folder")
+    _check_folder(out, "figures")
 
     def track(numbers: Sequence[int]) -> Iterator[int]:
         return tracked(numbers, len(numbers), "figures", quiet=output.quiet)
@@ -249,6 +248,11 @@ def _deliver(
     output.tell(command, {**asked, "figures": figures}, result, text)
     failed = any(claim.verdict not in STANDS for claim in claims)
     return CLAIM_FAILED if check and failed else DONE
+
+
+def _check_folder(out: Path, what: str) -> None:
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"--out {out} is a file; {what} go to a folder")
 
 
 STUDY_EXAMPLES = """\
@@ -315,8 +319,7 @@ def _prove(name: str, out: Path, *, check: bool, output: OutputOptions) -> int:
     """Prove a study's diagram, one part after the other, and print what is proven and what not."""
     from stickslip.studies import proven
 
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"--out {out} is a file; certificates go to a folder")
+    _check_folder(out, "certificates")
 
     def track(proofs: Iterator[proven.Proof]) -> Iterator[proven.Proof]:
         for each in proofs:

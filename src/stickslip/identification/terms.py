@@ -215,14 +215,14 @@ class RecordTerm(Term):
         low = int(np.clip(k - self._window, 0, len(self.t) - 2 * self._window - 1))
         near = slice(low, low + 2 * self._window + 1)
         t = self.t[near] - self.t[k]
-        x, (at, scatter, errors) = self._x[k, order], polynomial(t, self._x[near][:, order], 2)
-        v, gain = at[1], float(errors[1])
-        if self.data.x is not None:
-            x = at[0]
         if self.data.v is not None:
             at, scatter, errors = polynomial(t, np.asarray(self.data.v)[near][:, order], 1)
-            v, gain = at[0], float(errors[0])
-        return np.array([x, v]), scatter, gain
+            x = self._x[k, order]
+            if self.data.x is not None:
+                x = polynomial(t, self._x[near][:, order], 2)[0][0]
+            return np.array([x, at[0]]), scatter, float(errors[0])
+        at, scatter, errors = polynomial(t, self._x[near][:, order], 2)
+        return at[:2], scatter, float(errors[1])
 
     @cached_property
     def _scatter(self) -> Floats:

@@ -79,6 +79,7 @@ def prove(
         drawn = new_figure("two", height=HEIGHT)
         figure.draw(proofs, drawn)
         files += save(drawn, folder / "proven", PICTURE_FORMATS)
+    files.append(folder / "proven.txt")
     done = Proven(tuple(files), tuple(proofs), tuple(figure.unproven(proofs)))
-    write_text(folder / "proven.txt", done.text())
-    return Proven((*done.files, folder / "proven.txt"), done.proofs, done.unproven)
+    write_text(files[-1], done.text())
+    return done

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from flint import arb, arb_series
 
 from stickslip.proofs.verify.motion import Motion
-from stickslip.proofs.verify.words import Branch, Refused, enclosed, fraction
+from stickslip.proofs.verify.words import Branch, Refused, check_apart, enclosed, fraction, halved
 
 FINEST: Final = 8  # halvings of the part of the parameter between two nodes
 WHOLE: Final = 3  # the first of them, in which the tube is not cut lengthwise
@@ -49,15 +49,9 @@ class _Slanted(NamedTuple):
 
     def halves(self) -> list[_Slanted]:
         """Cut whichever side spreads the points more."""
-        name = (
-            "along"
-            if (self.drift * self.along).rad() > (self.stretch * self.across).rad()
-            else "across"
-        )
-        whole = getattr(self, name)
-        half = whole.rad() / 2
-        parts = (whole.mid() + sign * half + arb(0, half) for sign in (-1, 1))
-        return [self._replace(**{name: part}) for part in parts]
+        if (self.drift * self.along).rad() > (self.stretch * self.across).rad():
+            return [self._replace(along=half) for half in halved(self.along)]
+        return [self._replace(across=half) for half in halved(self.across)]
 
 
 def check_branch(values: dict[str, str], names: tuple[str, ...], c: Branch) -> None:
@@ -149,9 +143,7 @@ def _holds(
                 stretch=rate * box.stretch,
                 within=value,
             )
-        ordered = sorted(points, key=arb.mid)
-        if any(a.overlaps(b) for a, b in itertools.pairwise(ordered)):
-            raise Refused("two points of the orbit are not told apart")
+        check_apart(points, "two points of the orbit are not told apart")
         multiplier = box.stretch
         if not (abs(multiplier) < 1 if c.stable else abs(multiplier) > 1):
             told = multiplier.str(5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
@@ -33,6 +32,8 @@ from stickslip.proofs.verify.words import (
     Refused,
     Varied,
     ball,
+    check_apart,
+    halved,
     read,
     rounded,
 )
@@ -87,9 +88,7 @@ def _orbit(motion: Motion, c: Orbit, digits: int) -> None:
 
 def _distinct(points: list[arb]) -> None:
     """Refuse points of which two may be one: of an orbit, or of a list of orbits."""
-    ordered = sorted(points, key=arb.mid)  # if two overlap, so do two neighbours
-    if any(a.overlaps(b) for a, b in itertools.pairwise(ordered)):
-        raise Refused("two points coincide: a period is not minimal, or an orbit is listed twice")
+    check_apart(points, "two points coincide: a period is not minimal, or an orbit is listed twice")
 
 
 def _power(motion: Motion, x: arb, words: list[str]) -> tuple[arb, arb]:
@@ -420,7 +419,7 @@ def _list(motion: Motion, c: List, digits: int) -> None:
     for period in range(1, c.max_period + 1):
         domain = motion.boxes(32)
         roots = [x for p, x in known if period % p == 0]
-        for box in _open(motion, domain, period, roots, arb(NARROWEST), stated=stated):
+        for box in _open(motion, domain, period, roots, arb(NARROWEST), stated):
             raise Refused(
                 f"an orbit of period {period} may have been missed near d = {box.str(12)}: "
                 "this program cannot tell, and disproves nothing"
@@ -433,35 +432,29 @@ def _open(
     period: int,
     roots: list[arb],
     narrowest: arb,
-    words: list[str] | None = None,
-    stated: Sequence[arb] = (),
+    stated: Sequence[arb],
 ) -> Iterator[arb]:
-    """Yield narrow intervals that may hold an orbit of the period (and words), `roots` aside."""
+    """Yield narrow intervals that may hold an orbit of the period, `roots` aside."""
     # And aside from what lies in an interval that is stated to be undecided.
     while waiting:
         box = waiting.pop()
-        if any(s.contains(box) for s in stated) or _settled(motion, box, period, roots, words):
+        if any(s.contains(box) for s in stated) or _settled(motion, box, period, roots):
             continue
         if box.rad() < narrowest:
             yield box
             continue
-        half = box.rad() / 2
-        waiting += [box.mid() + sign * half + arb(0, half) for sign in (-1, 1)]
+        waiting += halved(box)
 
 
-def _settled(
-    motion: Motion, box: arb, period: int, roots: list[arb], words: list[str] | None
-) -> bool:
+def _settled(motion: Motion, box: arb, period: int, roots: list[arb]) -> bool:
     """Whether an interval holds no orbit of the period, or one that is known and alone."""
     try:
         value, slope = box, arb(1)
-        for k in range(period):
-            word, value, rate = motion.step(value)
-            if words and word != words[k]:
-                return True
+        for _ in range(period):
+            _, value, rate = motion.step(value)
             slope *= rate
     except Refused:
-        return bool(box.rad() < motion.coarse) and _impossible(motion, box, period, words)
+        return bool(box.rad() < motion.coarse) and _impossible(motion, box, period)
     if not value.overlaps(box):
         return True
     if (slope - 1).contains(0):
@@ -473,17 +466,12 @@ def _settled(
     return not new.overlaps(box) or any(box.contains(root) for root in roots)
 
 
-def _impossible(motion: Motion, box: arb, period: int, words: list[str] | None) -> bool:
+def _impossible(motion: Motion, box: arb, period: int) -> bool:
     """Whether no itinerary that is possible leads back into the interval."""
     balls = [box]
     try:
-        for k in range(period):
-            balls = [
-                value
-                for x in balls
-                for word, value, _ in motion.outcomes(x)
-                if words is None or word == words[k]
-            ]
+        for _ in range(period):
+            balls = [value for x in balls for _, value, _ in motion.outcomes(x)]
             if len(balls) > 64:
                 return False
     except Refused:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import bisect
-import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
 from typing import Final
@@ -18,8 +17,10 @@ from stickslip.proofs.verify.words import (
     Basins,
     Curves,
     Refused,
+    check_apart,
     enclosed,
     fraction,
+    halved,
     middle_of,
 )
 
@@ -109,7 +110,7 @@ def _complete(system: _System, c: Curves) -> None:
             if told != word:
                 raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
         orbits.append((branch.period, points))
-    _apart([x for _, points in orbits for x in points], "two orbits are not told apart")
+    check_apart([x for _, points in orbits for x in points], "two orbits are not told apart")
     end = system.all.end
     for period in range(1, c.max_period + 1):
         roots = [x for p, points in orbits if period % p == 0 for x in points]
@@ -124,7 +125,7 @@ def _complete(system: _System, c: Curves) -> None:
                     f"{c.parameter} = {float(system.span[0]):.12g}: this program cannot tell, and "
                     "disproves nothing"
                 )
-            waiting += _halved(box)
+            waiting += halved(box)
 
 
 def _no_other(system: _System, box: arb, period: int, roots: list[arb]) -> bool:
@@ -200,7 +201,7 @@ def _attracted(
         passed[:] = [a.union(b) for a, b in zip(passed, points, strict=True)] if passed else points
 
     _everywhere(contracts, system, halves, ends)
-    _apart(passed, "two points of the orbit are not told apart")
+    check_apart(passed, "two points of the orbit are not told apart")
 
 
 def _everywhere(
@@ -249,15 +250,3 @@ class _Union:
         low, high = (middle_of(end) for end in (x.lower(), x.upper()))
         k = bisect.bisect_right(self._lows, low) - 1
         return k >= 0 and high <= self._highs[k]
-
-
-def _apart(balls: list[arb], otherwise: str) -> None:
-    ordered = sorted(balls, key=arb.mid)  # if two overlap, so do two neighbours
-    if any(a.overlaps(b) for a, b in itertools.pairwise(ordered)):
-        raise Refused(otherwise)
-
-
-def _halved(box: arb) -> Iterator[arb]:
-    half = box.rad() / 2
-    for sign in (-1, 1):
-        yield box.mid() + sign * half + arb(0, half)

@@ -495,6 +495,19 @@ def middle_of(x: arb) -> Fraction:
     return int(mantissa) * Fraction(2) ** int(exponent)
 
 
+def halved(box: arb) -> list[arb]:
+    """Cut an interval in two."""
+    half = box.rad() / 2
+    return [box.mid() + sign * half + arb(0, half) for sign in (-1, 1)]
+
+
+def check_apart(balls: list[arb], otherwise: str) -> None:
+    """Refuse balls of which two may hold the same number."""
+    ordered = sorted(balls, key=arb.mid)  # if two overlap, so do two neighbours
+    if any(a.overlaps(b) for a, b in itertools.pairwise(ordered)):
+        raise Refused(otherwise)
+
+
 def ball(text: str) -> arb:
     """Read ``decimal``, ``p/q`` or ``decimal +/- radius`` exactly."""
     middle, _, radius = text.partition(" +/- ")

@@ -355,8 +355,7 @@ export class MechanismView extends View {
     c.stroke();
     c.setLineDash([]);
     const ink = rides ? of.panel : of.ink;
-    c.font = `11px ${SANS}`;
-    const worded = side > 26 && c.measureText("stick").width < wide - 4; // colours say it, too
+    const worded = side > 26; // there is room; colours say it, too
     this.#number(block, centre, floor - (worded ? 0.66 : 0.5) * side, wide, ink);
     c.font = `11px ${SANS}`;
     if (worded) c.fillText(rides ? "stick" : "slip", centre, floor - 0.3 * side);
