@@ -33,7 +33,6 @@ SOLID: Final[dict[str, Any]] = {"color": PALETTE["blue"], "lw": 0.8}
 THIN: Final[dict[str, Any]] = {"color": PALETTE["vermillion"], "lw": 0.5}
 BROKEN: Final[dict[str, Any]] = {"color": PALETTE["grey"], "ls": DASHED, "lw": 0.8}
 LOOKS: Final = 60  # values of V at which floating point looks for what is not proven
-SHOWN: Final = 12  # of its points, those beside the jump
 
 
 def proofs() -> Iterator[Proof]:
@@ -157,14 +156,14 @@ def _enlarge(ax: Axes, proofs: Sequence[Proof]) -> None:
 
 def _dash(ax: Axes, star: float, jump: float, beyond: Floats) -> None:
     """Draw the orbits that floating point finds, those of one period joined."""
-    found: dict[int, list[Floats]] = {}
+    found: dict[int, list[tuple[float, Floats]]] = {}
     for away in beyond.tolist():
         orbit = _orbit(star + away, jump - CLUSTER / 2)
         near = np.sort(orbit[np.abs(orbit - jump) < CLUSTER])
-        found.setdefault(len(orbit), []).append(np.append(away, near[-SHOWN:]))
+        found.setdefault(len(orbit), []).append((away, near))
     for rows in found.values():
-        away, *points = np.array(rows).T
-        ax.plot(away, np.array(points).T, **BROKEN)
+        n = min(len(near) for _, near in rows)
+        ax.plot([away for away, _ in rows], np.array([near[-n:] for _, near in rows]), **BROKEN)
 
 
 def _lines(branch: dict[str, Any]) -> tuple[Floats, Floats]:
