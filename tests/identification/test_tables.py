@@ -12,6 +12,7 @@ from stickslip.cli import main
 
 UNITS = ss.Units(m=2.0, k=8.0, fs1=4.0)
 RECORD = "t,x\n0,1\n1,2\n2,3\n3,2\n4,1\n"
+THREE = "t,x,F\n0,1,3\n1,2,3\n2,3,3\n3,2,1\n4,1,1\n"
 
 
 def written(folder: Path, text: str) -> Path:
@@ -79,6 +80,12 @@ def test_columns_tell_what_was_measured(tmp_path: Path, text: str, kind: type) -
         (RECORD.replace("t,x", "T,pos"), None, "the columns are 'T', 'pos': .* Did you mean 't'"),
         (RECORD, {"x": "y"}, "no column 'y', for x. Known: t, x"),
         (RECORD, {"y": "x"}, "columns: 'y' is not measured"),
+        (
+            THREE,
+            {"t": "t", "x": "x", "force": "F"},
+            "'force' is nothing of Record.* leave it out",
+        ),
+        (THREE, {"speed": "t", "force": "F", "V": "x"}, "'V' is nothing of ForcePoints"),
         (RECORD, {"x": 3}, "names of columns are needed"),
         (RECORD, [1], "columns = "),
         ("t,x\n", None, "lines of numbers below"),
@@ -97,6 +104,11 @@ def test_a_file_that_is_not_there_and_units_that_are_none(tmp_path: Path) -> Non
         ss.read_measurements(tmp_path / "none.csv")
     with pytest.raises(ValueError, match="units = 3"):
         ss.read_measurements(written(tmp_path, RECORD), units=3)  # type: ignore[arg-type]
+
+
+def test_columns_that_are_asked_for_come_before_those_that_are_there(tmp_path: Path) -> None:
+    path = written(tmp_path, THREE.replace("F", "v"))
+    assert type(ss.read_measurements(path, {"speed": "x", "force": "v"})) is ss.ForcePoints
 
 
 def test_an_argument_of_another_kind_of_data_is_named(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Iterable, Mapping
 from inspect import signature
+from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -97,7 +98,7 @@ def read_measurements(
     with within(f"{path}: "):
         header, rows = _cells(text)
         found = {name: _headed(name, header, asked) for name in NAMES}
-        kind, names = _kind(found, header)
+        kind, names = _kind(found, header, asked)
         parameters = signature(kind).parameters
         errors = [name for name in ERRORS if found[name] and name not in settings]
         names += [name for name in errors if name in parameters]
@@ -107,12 +108,12 @@ def read_measurements(
         else:
             values["t"] = values["t"][:, 0]
             settings = _blocks([found[name] for name in names if name in ("x", "v")]) | settings
-        if strange := sorted(
-            {*settings, *(name for name in errors if name in asked)} - {*parameters}
-        ):
+        unused = {name for name in asked if found[name]} - {*names, *settings}
+        if strange := sorted(unused | ({*settings} - {*parameters})):
             known = [name for name in parameters if name not in values]
             what = f"{shown(strange[0])} is nothing of {kind.__name__}"
-            raise ValueError(f"{what}, which the columns tell. {did_you_mean(strange[0], known)}")
+            told = f"which {' and '.join(names)} tell: leave it out"
+            raise ValueError(f"{what}, {told}. {did_you_mean(strange[0], known)}")
         data: Data = kind(**values, **settings)
     return data if units is None else data.to_dimensionless(units)
 
@@ -182,11 +183,13 @@ def _headed(name: str, header: list[str], asked: Mapping[str, list[str]]) -> lis
     return asked[name]
 
 
-def _kind(found: Mapping[str, list[str]], header: list[str]) -> tuple[type[Any], list[str]]:
-    """Return what is measured by the columns that there are, and which those are."""
-    for kind, needed, some in KINDS:
+def _kind(
+    found: Mapping[str, list[str]], header: list[str], asked: Mapping[str, list[str]]
+) -> tuple[type[Any], list[str]]:
+    """Return what is measured by the columns asked for, or that there are, and which those are."""
+    for first, (kind, needed, some) in product((asked, found), KINDS):
         there = [name for name in some if found[name]]
-        if all(found[name] for name in needed) and (there or not some):
+        if all(first.get(name) for name in needed) and (there or not some):
             return kind, [*needed, *there]
     needs = "t with x or v; speed with force; d with value; V with period; or times"
     known = [name for name in NAMES if name != "times"]  # "time" is that of a record
