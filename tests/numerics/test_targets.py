@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from llvmlite.binding import get_host_cpu_features
 
-from stickslip.numerics import kernel_cache, linking, targets
+from stickslip.numerics import kernel_cache, linking, targets, threads
 
 RETURNS_BINDING = """
     from stickslip.numerics.targets import kernel
@@ -202,7 +202,7 @@ def small_package(tmp_path):
         (package / folder).mkdir(parents=True)
         (package / folder / "__init__.py").touch()
     (package / "__init__.py").touch()
-    for module in (kernel_cache, linking, targets):
+    for module in (kernel_cache, linking, targets, threads):
         shutil.copy(module.__file__, package / "numerics")
     shutil.copy(kernel_cache.PACKAGE / "files.py", package / "files.py")
     (package / "mechanics" / "caller.py").write_text(
@@ -518,6 +518,21 @@ def test_long_compilation_is_announced_on_stderr_only(tmp_path):
     assert first.stdout == second.stdout == "done\n"
     assert first.stderr.count("compiling kernels") == 1
     assert second.stderr == ""
+
+
+def test_where_no_thread_starts_kernels_compile_unannounced(tmp_path):
+    code = """
+        import threading
+        from stickslip.numerics import targets
+        from stickslip.numerics.roots import safe_step
+        def refuse(_):
+            raise RuntimeError("can't start new thread")
+        threading.Thread.start = refuse
+        targets.ANNOUNCE_AFTER_SECONDS = 0.0
+        print(safe_step(1.0, -1.0, 0.0, 1.0, 1.0, 1.0))
+    """
+    done = run(code, STICKSLIP_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="0")
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_another_projects_compilation_is_not_announced(tmp_path):

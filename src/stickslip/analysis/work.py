@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import copy_context
 from threading import Lock
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from stickslip.checks import check_callback, flag
+from stickslip.numerics.threads import pool
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -77,5 +77,5 @@ def in_threads(
 ) -> list[Result]:
     """Return ``task(item)`` of each item, in order; what calls off the caller does the threads."""
     context = copy_context()
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(lambda item: context.copy().run(task, item), items))
+    with pool(threads, "stickslip-analysis") as workers:
+        return list(workers.map(lambda item: context.copy().run(task, item), items))

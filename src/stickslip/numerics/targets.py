@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Executor, wait
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -21,6 +21,7 @@ from numba.core import event
 
 from stickslip.numerics import kernel_cache
 from stickslip.numerics.linking import Kernel
+from stickslip.numerics.threads import pool, threads_start
 
 config: Any = numba.config
 
@@ -173,7 +174,8 @@ class _Announcer(event.Listener):
         if self._depth == 1:
             self._timer = threading.Timer(ANNOUNCE_AFTER_SECONDS, _announce)
             self._timer.daemon = True
-            self._timer.start()
+            with suppress(RuntimeError):  # no thread to be had: nothing is said
+                self._timer.start()
 
     def on_end(self, event: Any) -> None:
         if not isinstance(event.data["dispatcher"], Kernel):
@@ -200,6 +202,8 @@ event.register("numba:compile", _Announcer())
 
 def available_threads() -> int:
     """Count the processor cores that this process may use."""
+    if not threads_start():
+        return 1
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -233,9 +237,9 @@ def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: 
 
 
 @cache
-def _helpers(threads: int) -> ThreadPoolExecutor:
+def _helpers(threads: int) -> Executor:
     """Threads that wait for the next launch: to start them takes longer than many a tile."""
-    return ThreadPoolExecutor(threads, "stickslip")
+    return pool(threads, "stickslip")
 
 
 if hasattr(os, "register_at_fork"):  # a fork has none of its parent's threads

@@ -1,0 +1,38 @@
+"""Threads, where there are some: Python in a browser starts none."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+@cache
+def threads_start() -> bool:
+    """Whether a thread starts here."""
+    try:
+        threading.Thread(target=int, daemon=True).start()
+    except RuntimeError:
+        return False
+    return True
+
+
+def pool(threads: int, name: str) -> Executor:
+    """Return threads that wait for tasks; without threads each task is done when it is given."""
+    return ThreadPoolExecutor(threads, name) if threads_start() else _Here()
+
+
+class _Here(Executor):
+    """Does what it is given at once, in the thread that gives it; an interrupt goes through."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        try:
+            done.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            done.set_exception(error)
+        return done
