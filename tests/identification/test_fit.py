@@ -45,6 +45,40 @@ def test_an_oscillator_is_recovered_from_thirty_per_cent_off(factor: float) -> N
     assert found.message == "converged"
 
 
+@pytest.mark.parametrize("pieces", [None, 5])
+@pytest.mark.parametrize("zero", [0.3, -20.0])
+def test_a_sensor_may_count_from_anywhere(zero: float, pieces: int | None) -> None:
+    seen = record(BLOCK, x=[0.0], v=[0.0])
+    names = ("mu", "speed")
+    begun = BLOCK.replace(mu=0.65, speed=0.2)
+    known = ss.fit(begun, seen, names)
+    shifted = ss.Record(T, np.asarray(seen.x) + zero, sigma=seen.sigma, free_zero=True)
+    found = ss.fit(begun, shifted, names, pieces=pieces)
+    assert found.message == "converged"
+    assert found.n_unknowns == known.n_unknowns + 1
+    assert inside(found, {name: BLOCK.parameters[name] for name in names})
+    assert (found.standard_errors > known.standard_errors).all()
+    assert 0.8 < found.chi2 / found.n_free < 1.2
+    told = float(found.matched[0].rpartition(" ")[2])
+    assert abs(told - zero) < 0.01
+    again = found.profile("mu", found.values[:1])
+    np.testing.assert_allclose(again.root, 0.0, atol=0.05)
+
+
+def test_each_of_two_blocks_may_be_counted_from_elsewhere() -> None:
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
+    seen = record(model, d=0.1)
+    shifted = ss.Record(T, np.add(seen.x, [3.0, -8.0]), sigma=seen.sigma, free_zero=True)
+    found = ss.fit(model.replace(mu=0.27, V=0.103), shifted, ["mu", "V"])
+    assert inside(found, {"mu": 0.3, "V": 0.1})
+    assert 0.8 < found.chi2 / found.n_free < 1.2
+
+
+def test_where_a_sensor_counts_from_is_a_matter_of_displacements() -> None:
+    with pytest.raises(ValueError, match="free_zero: there are no displacements"):
+        ss.Record(T, v=np.sin(T), free_zero=True)
+
+
 def test_two_blocks_are_recovered_with_the_speed_of_the_belt() -> None:
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
     true = {"mu": 0.3, "beta": 1.3, "V": 0.1}
@@ -220,9 +254,10 @@ def test_laws_are_compared_by_what_they_tell_of_a_record_left_out() -> None:
         right.misfit([])
 
 
+@pytest.mark.parametrize("free_zero", [False, True])
 @pytest.mark.parametrize("pieces", [1, 4])
-def test_jacobians_are_the_limits_of_differences(pieces: int) -> None:
-    data = record(BLOCK, x=[0.0], v=[0.0])
+def test_jacobians_are_the_limits_of_differences(pieces: int, free_zero: bool) -> None:
+    data = replace(record(BLOCK, x=[0.0], v=[0.0]), free_zero=free_zero)
     term = term_of(data, BLOCK, pieces)
     names, values = ("mu", "V"), np.array([0.5, 0.2])
 

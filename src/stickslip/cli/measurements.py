@@ -50,6 +50,7 @@ def fit(
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear",
     n_starts: Whole = 1,
     any_units: Flag = False,
+    free_zero: Flag = False,
     out: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FOLDER")] = None,
     force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
     output: OutputOptions = OutputOptions(),
@@ -90,6 +91,8 @@ def fit(
         Look at so many values of the parameters first, spread over the bounds.
     any_units
         Take data whose size is out of all proportion to the model's motions.
+    free_zero
+        Sensors of displacements count from unknown places, which are estimated, too.
     out
         Write to this folder: the table (fit.csv), all of the result (fit.json, for
         stickslip.load), the fitted model (model.toml) and a picture (fit.svg, .pdf, .png).
@@ -103,7 +106,8 @@ def fit(
     ranges, known = _ranges("--bounds", bounds), _ranges("--priors", priors)
     scales = _units(units, model)
     errors = {"sigma": sigma, "sigma_v": sigma_v}
-    settings = {name: value for name, value in errors.items() if value is not None}
+    settings: dict[str, Any] = {name: value for name, value in errors.items() if value is not None}
+    settings |= {"free_zero": True} if free_zero else {}
     data = [ss.read_measurements(path, names, units=scales, **settings) for path in records]
 
     def found() -> Fit:

@@ -111,8 +111,9 @@ def _sizes(model: Model, data: Data) -> list[_Size]:
     own = {"x": reach, "v": speeds}
     motions = "motions of the model reach some"
     sizes = [
-        _Size(f"{kind} reaches", _largest(values), own[kind], motions)
+        _Size(f"{kind} reaches", _largest(values - any_zero * values.mean()), own[kind], motions)
         for kind, values, _ in data.rows
+        for any_zero in (kind == "x" and data.free_zero,)
     ]
     return [*sizes, *_paces(data, period, fast)]
 

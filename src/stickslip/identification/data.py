@@ -110,6 +110,9 @@ class Record(_Measured):
         Instead of `x0` and `v0`: the global stick phase that the motion starts from.
     free_start : bool
         The start that is given is a guess, and estimated.
+    free_zero : bool
+        The sensors of `x` count from unknown places, not from where springs are slack; these are
+        estimated, too, one for each block.
 
     Raises
     ------
@@ -137,6 +140,7 @@ class Record(_Measured):
     v0: Any = None
     d: Any = None
     free_start: bool = False
+    free_zero: bool = False
     _axes: ClassVar = ("t", "x")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         "t": "time",
@@ -157,6 +161,8 @@ class Record(_Measured):
             raise ValueError(f"t has {len(t)} times: a record needs at least {FEWEST}.")
         if self.x is None and self.v is None:
             raise ValueError("a record needs x, displacements, or v, velocities, or both")
+        if flag("free_zero", self.free_zero) and self.x is None:
+            raise ValueError("free_zero: there are no displacements x to be counted from anywhere")
         names = [name for name in ("x", "v") if getattr(self, name) is not None]
         found = {name: columns(name, getattr(self, name), len(t)) for name in names}
         widths = {values.shape[1] for values in found.values()}

@@ -131,6 +131,7 @@ class RecordTerm(Term):
         self.begin = 0.0 if model.plant.is_forced else float(self.t[0])
         self.over_belt = model.plant.rubs_as_one
         self.n_pieces = n_pieces
+        self.zero = self._zero(states) if data.free_zero else np.zeros(0)
         splits = np.array_split(np.arange(len(self.t)), n_pieces)
         self.first = [int(split[0]) for split in splits]
         given = self.origin.given
@@ -147,14 +148,14 @@ class RecordTerm(Term):
             for each, in_space in zip(starts, self.in_space, strict=True)
         ]
         self.start = np.concatenate(
-            [each[moves] for each, moves in zip(starts, self.moves, strict=True)]
+            [*(each[moves] for each, moves in zip(starts, self.moves, strict=True)), self.zero]
         )
         self.size = self._sizes() if n_pieces > 1 else np.ones(0)
 
     @property
     def n_unknown(self) -> int:
-        """Those of the first piece: links determine all others."""
-        return int(self.moves[0].sum())
+        """Those of the first piece, for links determine all others, and of the sensors."""
+        return int(self.moves[0].sum()) + len(self.zero)
 
     def _unknown(self, state: Floats) -> NDArray[np.bool_]:
         """Whether each number of a start is sought: not the velocity of a block that rides."""
@@ -170,10 +171,10 @@ class RecordTerm(Term):
 
     def _starts(self, own: Floats, belt: Floats) -> list[Floats]:
         """Join what is unknown of the starts of pieces and what is known of riding blocks."""
-        ends = np.cumsum([moves.sum() for moves in self.moves])[:-1]
+        *ends, end = np.cumsum([moves.sum() for moves in self.moves])
         found = []
         for values, moves, in_space in zip(
-            np.split(own, ends), self.moves, self.in_space, strict=True
+            np.split(own[:end], ends), self.moves, self.in_space, strict=True
         ):
             state = np.zeros(len(moves))
             state[moves] = values
@@ -240,16 +241,30 @@ class RecordTerm(Term):
     def _x(self) -> Floats:
         """Displacements: measured, or the integral of velocities about those of sliding."""
         if self.data.x is not None:
-            return np.asarray(self.data.x)
-        v, plant = np.asarray(self.data.v), self.model.plant
+            return np.asarray(self.data.x) - (self.zero if self.data.free_zero else 0.0)
+        v = np.asarray(self.data.v)
         steps = 0.5 * (v[1:] + v[:-1]) * np.diff(self.t)[:, None]
         x = np.concatenate([np.zeros((1, v.shape[1])), np.cumsum(steps, axis=0)])
-        middle = np.zeros(v.shape[1])
-        if plant.rubs_as_one:
-            force = [law.force(abs(V)) for law, V in zip(self.model.laws, plant.V, strict=True)]
-            pull = np.linalg.solve(plant.stiffness, np.sign(plant.V) * plant.static * force)
-            middle = pull[np.array(self.data.blocks) - 1]
-        return np.asarray(x - x.mean(axis=0) + middle)
+        return np.asarray(x - x.mean(axis=0) + self._middle)
+
+    @property
+    def _middle(self) -> Floats:
+        """Displacements of the measured blocks in sliding."""
+        plant, index = self.model.plant, np.array(self.data.blocks) - 1
+        if not plant.rubs_as_one:
+            return np.zeros(len(index))
+        force = [law.force(abs(V)) for law, V in zip(self.model.laws, plant.V, strict=True)]
+        pull = np.linalg.solve(plant.stiffness, np.sign(plant.V) * plant.static * force)
+        return np.asarray(pull[index])
+
+    def _zero(self, states: Floats | None) -> Floats:
+        """Guess where displacements are counted from: by states, a start, or about sliding."""
+        x, index = np.asarray(self.data.x), np.array(self.data.blocks) - 1
+        if states is not None:
+            return np.asarray((x - states[:, index]).mean(axis=0))
+        if self.data.x0 is not None:
+            return np.asarray(x[0] - np.asarray(self.data.x0)[index])
+        return np.asarray(x.mean(axis=0) - self._middle)
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Follow the pieces."""
@@ -257,7 +272,8 @@ class RecordTerm(Term):
         width = n + len(own)
         belt = self._belt(model)
         place, states = n, []
-        table = _Rows(self.data, width)
+        zero = own[len(own) - len(self.zero) :]
+        table = _Rows(self.data, width, zero)
         links, link_gradients = [np.zeros(0)], [np.zeros((0, width))]
         end: tuple[Floats, Floats] | None = None
         for piece, state in enumerate(self._starts(own, belt)):
@@ -293,6 +309,7 @@ class RecordTerm(Term):
             end = (values[-1], gradient[-1]) if last < len(self.t) else None
         residuals, jacobian, fitted = table.joined()
         told = f" in {len(self.first)} pieces" * (len(self.first) > 1)
+        told += ", of displacements from" * bool(len(zero)) + "".join(f" {z:.6g}" for z in zero)
         return Answer(
             *(residuals, jacobian, fitted, np.concatenate(links), np.concatenate(link_gradients)),
             f"{len(residuals)} values of a record{told}",
@@ -303,8 +320,8 @@ class RecordTerm(Term):
 class _Rows:
     """Residuals of a record and their derivatives, piece by piece."""
 
-    def __init__(self, data: Record, width: int) -> None:
-        self.data, self.width = data, width
+    def __init__(self, data: Record, width: int, zero: Floats) -> None:
+        self.data, self.width, self.zero = data, width, zero
         self.parts: dict[str, list[tuple[Floats, Floats, Floats]]] = {}
 
     def add(self, rows: slice, values: Floats, gradient: Floats) -> None:
@@ -313,9 +330,12 @@ class _Rows:
         count = rows.stop - rows.start
         for name, data, sigma in self.data.rows:
             index = np.array(self.data.blocks) - 1 + n * (name == "v")
-            here = values[:count, index]
+            here, slope = values[:count, index], gradient[:count, index]
+            if name == "x" and len(self.zero):
+                here = here + self.zero
+                slope[..., self.width - len(self.zero) :] += np.eye(len(self.zero))
             off = (here - data[rows]) / sigma[rows]
-            slope = gradient[:count, index] / sigma[rows][..., None]
+            slope = slope / sigma[rows][..., None]
             slope = np.nan_to_num(slope, posinf=0.0, neginf=0.0)
             lost = ~np.isfinite(off)
             slope[lost] = 0.0
