@@ -23,6 +23,10 @@ f = ss.PiecewiseMap(
 print(ss.periodic_orbits(f, max_period=4))
 
 # %%
+# A formula knows numbers, ``x``, parameters, ``+ - * / **``, exp, expm1, log, log1p, sqrt, sin,
+# cos, tan, sinh, cosh, tanh, atan and asinh. For ``abs``, ``min`` or ``%`` write a formula on
+# either side of a breakpoint; digits stand for ``pi``, and a proof is about these.
+#
 # The search found one orbit. Is it the only one? This proves it, and says so in a sentence:
 
 proof = ss.certify_orbits(f, max_period=4)

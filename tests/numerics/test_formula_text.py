@@ -93,6 +93,10 @@ def refused(text):
         ("s + * 2", "has '*' at character 5, where a number, a name or ( is expected"),
         ("2 s", "has 's' at character 3, where an operator or the end is expected; products are"),
         ("2(s)", "has '(' at character 2, where an operator or the end is expected; products are"),
+        (
+            "s % 1",
+            "has '%' at character 3, where an operator or the end is expected; a formula has",
+        ),
         ("s 2", "has '2' at character 3, where an operator or the end is expected; products are"),
         ("exp(-s) a = 2", "has 'a' at character 9, where an operator or the end is expected; prod"),
         ("s a", "products are written *, values follow a comma"),

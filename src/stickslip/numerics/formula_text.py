@@ -78,6 +78,7 @@ OPERAND: Final = "a number, a name or ("
 PRODUCT: Final = "; products are written *"
 HINTS: Final = {
     "^": "; powers are written **",
+    "%": "; a formula has no jumps: write one for either side",
     ".": "; functions stand alone: exp(...), not np.exp(...)",
     ",": "; functions take one argument",
     "=": "; values follow a comma",
