@@ -125,14 +125,45 @@ def test_the_page_is_written_into_one_file(tmp_path, monkeypatch, capsys):
 )
 def test_a_plant_that_the_page_cannot_move_is_told(model, moved, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(live, "write", lambda folder: None)  # which takes long
+    monkeypatch.setattr(shipped, "questions", lambda state: ())
     ss.write_model(model, tmp_path / "mine.toml")
     page = tmp_path / "page"
     assert run(["explore", "--model", str(tmp_path / "mine.toml"), "--export", str(page)]) == 0
-    assert ("no new motion of mine.toml" in capsys.readouterr().err) == (not moved)
+    told = "answers for mine.toml as it is, and no new motion"
+    assert (told in capsys.readouterr().err) == (not moved)
+
+
+@pytest.mark.parametrize(
+    ("model", "slots"),
+    [
+        (ss.examples.coulomb(alpha=0.7, V=0.08), {"law", "map", "power", "cobweb", "basins"}),
+        (ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.2)), {"law", "cycle"}),
+    ],
+)
+def test_the_written_page_has_the_answers_for_a_plant_of_ones_own(
+    model, slots, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(live, "write", lambda folder: None)
+    asked = shipped.questions
+    later = {"diagram", "motion", "locus"}  # takes long, or is the same for all
+    monkeypatch.setattr(shipped, "questions", lambda s: (q for q in asked(s) if q[0] not in later))
+    mine, page = tmp_path / "mine.toml", tmp_path / "page"
+    ss.write_model(model, mine)
+    assert run(["explore", "--model", str(mine), "--export", str(page)]) == 0
+    state = json.loads((page / "presets.json").read_text())[0]["state"]
+    assert "diagram" in {slot for slot, *_ in asked(state)} or model.n_blocks == 1
+    kept = page / "static" / "shipped"
+    entries = json.loads((kept / shipped.INDEX).read_text())
+    own = [each for each in entries if each["request"]["model"] == state["model"]]
+    assert {each["file"] for each in own} == {f"model-{slot}.bin" for slot in slots}
+    assert len(entries) == len(LISTED) + len(own)
+    for each in own:
+        assert shipped.read(each["file"], kept) == shipped.answer(each["view"], each["request"])
 
 
 def test_the_written_page_begins_with_the_plant_of_a_file_or_a_preset(tmp_path, monkeypatch):
     monkeypatch.setattr(live, "LAWS", {})
+    monkeypatch.setattr(shipped, "questions", lambda state: ())
     mine, folder = tmp_path / "mine.toml", tmp_path / "page"
     ss.write_model(ss.examples.coulomb(alpha=0.7, V=0.08), mine)
     assert run(["explore", "--model", str(mine), "--export", str(folder)]) == 0

@@ -2,7 +2,8 @@
 
     python -m stickslip.app.shipped    computes all of them anew
 
-The page shows them until the live ones replace them; exported, it shows nothing else.
+The page shows them until the live ones replace them; exported, it shows nothing else. An export
+that begins with a plant of one's own has its answers, too.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ from __future__ import annotations
 import gzip
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -102,10 +104,10 @@ def start_state(model: Model, state: dict[str, Any]) -> dict[str, list[float]]:
     return {"x": x, "v": v if model.plant.n_positions else []}
 
 
-def listed() -> dict[str, tuple[str, dict[str, Any]]]:
+def listed(views: Sequence[dict[str, Any]] | None = None) -> dict[str, tuple[str, dict[str, Any]]]:
     """View and request of each answer, by the name of its file; equal ones are listed once."""
     found: dict[str, tuple[str, dict[str, Any]]] = {}
-    for preset in presets():
+    for preset in presets() if views is None else views:
         for slot, view, request in questions(preset["state"]):
             asked = view, plain({"model": preset["state"]["model"], **request})
             if asked not in found.values():
@@ -142,10 +144,33 @@ def make(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     entries = []
-    for name, (view, request) in listed().items():
-        (folder / name).write_bytes(gzip.compress(answer(view, request), mtime=0))
-        entries.append({"file": name, "view": view, "request": request})
+    for name, asked in listed().items():
+        entries.append(_made(folder, name, *asked))
         print(name, (folder / name).stat().st_size, flush=True)
+    (folder / INDEX).write_bytes(msgspec.json.encode(entries) + b"\n")
+
+
+def _made(folder: Path, name: str, view: str, request: dict[str, Any]) -> dict[str, Any]:
+    """Write an answer and return its entry in the list."""
+    (folder / name).write_bytes(gzip.compress(answer(view, request), mtime=0))
+    return {"file": name, "view": view, "request": request}
+
+
+def _begun(plant: dict[str, Any]) -> dict[str, Any]:
+    """Tell where motions of a plant that was opened start, and along what its diagram goes."""
+    known = model_of_values(plant["state"]["model"]).parameters
+    along = next((name for name in ("V", "V_1") if name in known), next(iter(known)))
+    about = sorted(round(share * known[along], 12) for share in (0.98, 1.02))  # as the page has it
+    diagram = {"parameter": along, "range": about, "window": None, "max_period": 4}
+    return plant | {"state": {"d": 0.1, "diagram": diagram, **plant["state"]}}
+
+
+def _add(folder: Path, plant: dict[str, Any]) -> None:
+    """Add the answers of a plant that was opened: all that it has, such as basins of a map."""
+    entries = msgspec.json.decode((folder / INDEX).read_bytes())
+    for name, asked in listed([plant]).items():
+        with suppress(ValueError):
+            entries.append(_made(folder, name, *asked))
     (folder / INDEX).write_bytes(msgspec.json.encode(entries) + b"\n")
 
 
@@ -170,6 +195,9 @@ def export(place: Path, first: dict[str, Any] | None = None) -> Path:
         shutil.copytree(static, folder / "static", dirs_exist_ok=True)
     page = (STATIC / "index.html").read_text(encoding="utf-8")
     live.write(folder / "static" / "live")
+    if first is not None and first not in presets():
+        first = _begun(first)
+        _add(folder / "static" / "shipped", first)
     alone = page.replace('<html lang="en"', '<html lang="en" data-alone', 1)
     alone = alone.replace("</body>", f"  {NO_SERVER}\n  </body>")
     (folder / "index.html").write_text(alone, encoding="utf-8")

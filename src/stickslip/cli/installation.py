@@ -65,7 +65,8 @@ def explore(
     export
         Serve nothing: write the page, which begins with --preset or --model, into one file that
         opens from a disk, if the name ends in .html; else into a folder for any web server. It
-        has presets and tour, and computes maps and motions of two equal undamped blocks itself.
+        has presets and tour, all answers for the plant of --model, which takes a minute, and
+        computes maps and motions of two equal undamped blocks itself.
     """
     if not 0 <= port <= HIGHEST_PORT:
         raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
@@ -90,7 +91,7 @@ def explore(
         print(write(export, first), flush=True)
         if first is not None and not moves(first["state"]["model"]):
             note(
-                f"the page draws what was shipped with it, and no new motion of {first['title']}: "
+                f"the page shows answers for {first['title']} as it is, and no new motion: "
                 "without a server it moves two equal undamped blocks alone, with Coulomb, law (9) "
                 "or Stribeck",
                 quiet=False,
