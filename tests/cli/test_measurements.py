@@ -56,6 +56,19 @@ def test_a_record_in_si_units_is_fitted(here: Path, capsys: pytest.CaptureFixtur
     assert "fitted/fit.csv exists" in capsys.readouterr().err
 
 
+def test_a_sensor_that_counts_from_anywhere(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    head, *lines = Path("record.csv").read_text(encoding="utf-8").splitlines()
+    moved = [f"{t},{float(x) + 0.05!r}" for t, x in (line.split(",") for line in lines)]
+    Path("moved.csv").write_text("\n".join([head, *moved]), encoding="utf-8")
+    given = ["fit", "moved.csv", *FIT, *PHYSICAL, "--any-units"]
+    assert main(given) == COMPUTATION_FAILED
+    assert "displacements count from where springs are slack" in capsys.readouterr().err
+    assert main([*given, "--free-zero", "--json"]) == DONE
+    found = json.loads(capsys.readouterr().out)["result"]
+    off = np.subtract(found["value"], [0.5, 0.3])
+    assert (np.abs(off) < 4.0 * np.array(found["standard_error"])).all()
+
+
 def test_json_of_a_law_from_forces(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     more = ["--bounds", "mu=0.1:0.9", "--priors", "speed=0.3:0.1", "--n-starts", "8"]
     assert main(["fit", "forces.csv", *FIT, *more, "--sigma", "0.01", "--json"]) == DONE

@@ -161,7 +161,8 @@ class Fit(Result):
             size, unit = (1.0, "times their errors") if known else (0.01, "of their scatter")
             told.append(
                 f"the model does not tell these data: residuals are some {self._size * size:.2g} "
-                f"{unit}. Look at units, at what is fixed, at where the search starts (n_starts=)"
+                f"{unit}. Look at units, at what is fixed, at where the search starts (n_starts=), "
+                "at whether displacements count from where springs are slack (free_zero=)"
             )
         told += [
             f"residuals of data {k} are not scattered about zero (neighbours correlate by "
