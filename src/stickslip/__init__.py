@@ -26,11 +26,7 @@ def __getattr__(name: str) -> object:
 
 if find_spec("flint") is None:
     # `import *` and `help` pass over what an extra brings; asked for by name, it says which extra.
-    __all__ = [
-        name
-        for name in __all__
-        if name not in ("certify", "certify_basins", "certify_entropy", "certify_orbits", "enclose")
-    ]
+    __all__ = [name for name in __all__ if name != "enclose" and not name.startswith("certify")]
 
     def __dir__() -> list[str]:
         return __all__

@@ -59,6 +59,7 @@ from .mechanics.model.two_block import TwoBlock as TwoBlock
 from .mechanics.model.units import Units as Units
 from .proofs.certify import certify as certify
 from .proofs.certify import certify_basins as certify_basins
+from .proofs.certify import certify_chaos as certify_chaos
 from .proofs.certify import certify_entropy as certify_entropy
 from .proofs.certify import certify_orbits as certify_orbits
 from .proofs.certify import enclose as enclose

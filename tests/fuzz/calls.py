@@ -438,6 +438,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "breakpoints": {"f": maps.tent},
     "certify": {"found": lambda: ss.periodic_orbits(event_map())[0], "model": coulomb, "digits": 5},
     "certify_basins": {"model": coulomb, "share": 0.1},
+    "certify_chaos": {"model": coulomb, "d": 0.1},
     "certify_entropy": {"model": maps.tent},
     "certify_orbits": {"model": coulomb, "digits": 5},
     "enclose": {"model": coulomb, "d": "0.1"},

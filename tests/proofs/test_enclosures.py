@@ -23,6 +23,7 @@ from stickslip.status import OK
 BLOCKS = {"alpha": (0.1, 3), "beta": (0.5, 2), "V": (0.005, 0.3)}
 MU = (0.05, 0.9)
 LAW9 = {"gamma": (0.3, 4), "delta": (0, 0.5), "eta": (0, 0.1)}
+LONG = 50  # events after which a ball may be too wide at any width
 TOLERANCE = {"coulomb": 1e-14, "popp-stelter": 1e-13}  # the design's, times kappa
 
 
@@ -108,63 +109,52 @@ def test_law_9_at_random_points(monkeypatch):
     assert undecided < 10
 
 
-@settings(max_examples=15)
-@given(seed=st.integers(0, 10**6), width=st.sampled_from([1e-3, 1e-5, 1e-9]))
-def test_an_enclosure_holds_every_point_of_its_box(seed, width):
-    rng = np.random.default_rng(seed)
-    model = random_model(rng)
-    middle = rng.uniform(*model.domain) * 0.9
-    ends = (Fraction(middle - width), Fraction(middle + width))
-    box = ss.enclose(model, ends, exact=binary(model))
-    if not box.proven:
-        assert box.reason
-        return
+def compared(rng, model, middle, width):
+    """Check an enclosure at points of its box; how much wider it is than values there.
+
+    None if nothing is proven, as where motions do not return, or after very many events.
+    """
+    ends = [Fraction(middle + sign * width / 2) for sign in (-1, 1)]
+    box = ss.enclose(model, tuple(ends), exact=binary(model))
     oracle = Coulomb(**model.parameters)
-    for x in [*ends, *(Fraction(rng.uniform(*map(float, ends))) for _ in range(3))]:
-        motion = oracle.motion(arb(float(x)))
-        assert motion.itinerary == box.itinerary
-        assert box.value[0] <= float(motion.value) <= box.value[1]
+    points = [*map(float, ends), *rng.uniform(*map(float, ends), 11)]
+    motions = [oracle.motion(arb(x)) for x in points]
+    if not box.itineraries:
+        assert any(each.value is None or len(each.events) > LONG for each in motions)
+        return None
+    assert all(each.value is not None for each in motions)
+    assert {motion.itinerary for motion in motions} <= set(box.itineraries)
+    lowest, highest = (pick((motion.value for motion in motions), key=float) for pick in (min, max))
+    low, high = map(arb, box.value)
+    assert low <= lowest
+    assert highest <= high
+    rounding = 2 * np.spacing(np.abs(box.value)).max()  # outward, to floats
+    return float((high - low - rounding) / (highest - lowest))
 
 
-def widths(rng, intervals):
-    """How much wider enclosures of intervals are than values of the oracle; the undecided."""
-    ratios, undecided = [], 0
-    for _ in range(intervals):
-        model = random_model(rng)
-        width, middle = 10 ** rng.uniform(-9, -3), rng.uniform(*model.domain) * 0.99
-        ends = (Fraction(middle - width / 2), Fraction(middle + width / 2))
-        with precision(128):
-            low, high = (arb(float(x)) for x in ends)
-            box = variables([((low + high) / 2).mid()], [(high - low) / 2])
-            try:
-                (piece,) = step(Setting(exact_parameters(model, binary(model))), box[0])
-            except Undecided:
-                undecided += 1
-                continue
-        oracle = Coulomb(**model.parameters)
-        points = [*map(float, ends), *rng.uniform(*map(float, ends), 3)]
-        motions = [oracle.motion(arb(x)) for x in points]
-        values = [arb(motion.value) for motion in motions]
-        assert all(motion.itinerary == piece.itinerary for motion in motions)
-        assert all(piece.value.range.overlaps(value) for value in values)
-        seen = float(max(values, key=float) - min(values, key=float))
-        ratios.append(2 * float(piece.value.range.rad()) / seen if seen else np.inf)
-    return np.array(ratios), undecided
+def drawn(rng):
+    """A random system, a point of its domain and a width."""
+    model = random_model(rng)
+    return model, rng.uniform(*model.domain) * 0.9, 10 ** rng.uniform(-9, -1)
 
 
-def test_enclosures_of_intervals_are_not_much_wider_than_what_is_seen():
-    ratios, undecided = widths(np.random.default_rng(5), 100)
-    assert np.median(ratios) < 1.01
-    assert (ratios > 100).mean() < 0.03  # where f' is nearly 0, the range is nearly none
-    assert undecided < 20
+@settings(max_examples=15)
+@given(seed=st.integers(0, 10**6))
+def test_an_enclosure_holds_every_point_of_its_box(seed):
+    rng = np.random.default_rng(seed)
+    ratio = compared(rng, *drawn(rng))
+    assert ratio is None or ratio < 100
 
 
 @pytest.mark.slow
 def test_a_thousand_random_intervals():
-    ratios, undecided = widths(np.random.default_rng(33), 1000)
-    print(f"undecided {undecided}, over 100 times wider {(ratios > 100).sum()} of {len(ratios)}")
-    assert (ratios > 100).mean() < 0.02
-    assert undecided < 150
+    rng = np.random.default_rng(33)
+    ratios = [compared(rng, *drawn(rng)) for _ in range(1000)]
+    known = np.array([ratio for ratio in ratios if ratio is not None])
+    print(f"nothing proven: {1000 - len(known)}; largest ratio {known.max():.3g}")
+    assert len(known) > 850
+    assert np.median(known) < 1.5
+    assert known.max() < 100
 
 
 def test_gradients_agree_with_the_kernels():
@@ -200,11 +190,24 @@ def test_bad_intervals_are_errors(ends, reason):
         (("0.2791", "0.2792"), "block 2 may graze"),
     ],
 )
-def test_an_interval_that_straddles_a_breakpoint_is_refused_with_the_reason(ends, reason):
+def test_an_interval_with_a_breakpoint_has_both_itineraries_and_the_reason(ends, reason):
+    f = ss.event_map(ss.examples.coulomb())
     found = ss.enclose(ss.examples.coulomb(), ends)
     assert not found.proven
     assert reason in found.reason
-    assert np.isnan(found.value).all()
+    assert set(found.itineraries) == {str(f.itinerary(float(end))) for end in ends}
+    at = np.linspace(*map(float, ends), 101)
+    for bounds, values in ((found.value, f(at)), (found.derivative, f.derivative(at))):
+        assert bounds[0] <= min(values) <= max(values) <= bounds[1]
+        assert bounds[1] - bounds[0] < 50 * np.ptp(values)  # grazes included
+
+
+def test_the_whole_domain_can_be_enclosed():
+    model = ss.examples.coulomb()
+    low, high = ss.enclose(model, model.domain).value
+    values = ss.event_map(model)(np.linspace(*model.domain, 10001))
+    assert low <= min(values) <= max(values) <= high
+    assert high - low < 2 * np.ptp(values)
 
 
 def test_numbers_are_read_exactly():

@@ -36,6 +36,7 @@ SLOW = {
     "lost": 12,
     "curves": 12,
     "basins": 15,
+    "expansion": 15,
 }  # each takes seconds
 
 
@@ -54,6 +55,10 @@ def own_map():
 
 def chaotic():
     return ss.TwoBlock(alpha=3.007, beta=0.6146, V=0.0199, friction=ss.Coulomb(mu=0.542))
+
+
+def expanding():
+    return ss.TwoBlock(alpha=3.1, beta=1.26, V=0.065, friction=ss.Coulomb(mu=0.061))
 
 
 def tent():
@@ -88,6 +93,7 @@ def valid(kind):
         ),
         "basins": lambda: ss.certify_basins(model(), 0.1),
         "horseshoe": lambda: ss.certify_entropy(chaotic(), digits=DIGITS),
+        "expansion": lambda: ss.certify_chaos(expanding(), 0.27),
         "own horseshoe": lambda: ss.certify_entropy(tent(), digits=DIGITS),
         "own orbit": lambda: certify_orbit(own_map(), -0.238934, 2, digits=DIGITS),
         "own list": lambda: ss.certify_orbits(own_map(), 3, digits=DIGITS),
@@ -98,8 +104,8 @@ def valid(kind):
 KINDS = (
     *("orbit", "unstable", "jump", "list", "border", "flip", "fold", "branch"),
     *("basins", "horseshoe", "own horseshoe", "own orbit", "own list"),
-    # ten seconds each; test_branch.py and test_cover.py change them by hand
-    *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("lost", "curves")),
+    # ten seconds each; test_branch.py, test_cover.py, test_expansion.py change them by hand
+    *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("lost", "curves", "expansion")),
 )
 
 
@@ -336,6 +342,27 @@ def is_horseshoe(document):
     )
 
 
+def is_expansion(document):
+    """Each step in doubles, at samples."""
+    f = event_map(document)
+    low, high, weight = (
+        np.array([float(row[k]) for row in document["intervals"]]) for k in range(3)
+    )
+    if (low >= high).any() or (high[:-1] > low[1:]).any():
+        return False
+    if low[0] < f.domain[0] or high[-1] > f.domain[1]:
+        return False
+    x = low + np.linspace(0.001, 0.999, 25)[:, None] * (high - low)
+    y, slope = f(x.ravel()).reshape(x.shape), abs(f.derivative(x.ravel())).reshape(x.shape)
+    to = np.searchsorted(low, y, side="right") - 1
+    growth = np.exp(float(Fraction(document["exponent"])))
+    return (
+        growth > 1
+        and bool(((to >= 0) & (y <= high[to])).all())
+        and bool((slope * weight[to] >= growth * weight).all())
+    )
+
+
 def is_true(document):
     """Whether floating point says what a document says."""
     claim = document["claim"]
@@ -343,6 +370,7 @@ def is_true(document):
         return is_orbit(event_map(document), document)
     readings = {"jump": is_jump, "list": is_list, "branch": is_branch}
     readings |= {"curves": is_curves, "basins": is_basins, "horseshoe": is_horseshoe}
+    readings |= {"expansion": is_expansion}
     return readings.get(claim, is_bifurcation)(document)
 
 
@@ -364,6 +392,7 @@ def test_the_reading_knows_what_is_true_and_what_is_not(kind):
         "basins": {"attractors": [a | {"share": "0.5"} for a in document.get("attractors", [])]},
         "lost": {"lost": [border | {"exists": "above"} for border in document.get("lost", [])]},
         "horseshoe": {"entropy": "0.65"},
+        "expansion": {"exponent": "0.2"},
         "own horseshoe": {"intervals": document.get("intervals", [])[:-1]},
         "own orbit": {"itinerary": ["1", "0"]},
         "own list": {"orbits": document.get("orbits", [])[:-1]},

@@ -38,6 +38,8 @@ stickslip certify --preset coulomb --max-period 1 \\
 stickslip certify --preset coulomb --basins 0.99 --out basins.json
 stickslip certify --alpha 3.007 --beta 0.6146 --V 0.0199 \\
     --friction coulomb:mu=0.542 --entropy 0.6
+stickslip certify --alpha 3.1 --beta 1.26 --V 0.065 \\
+    --friction coulomb:mu=0.061 --chaos 0.27 --out chaos.json
 """
 
 CLAIM_FIELDS = ("key", "figure", "statement", "verdict", "evidence")
@@ -58,6 +60,7 @@ def certify(
     max_period: Whole | None = None,
     basins: float | None = None,
     entropy: float | None = None,
+    chaos: float | None = None,
     digits: Whole = 30,
     file: CertificateOptions = CertificateOptions(),
     output: OutputOptions = OutputOptions(),
@@ -93,17 +96,21 @@ def certify(
     basins
         Prove which starts tend to which orbits, for at least this share of the domain.
     entropy
-        Prove chaos: that the topological entropy of the map is at least this.
+        Prove chaos of some orbits: that the topological entropy of the map is at least this.
+    chaos
+        Prove chaos of all: that the orbit of this d stays where every orbit is unstable.
     digits
         Significant digits of the enclosures.
     """
     from stickslip.mechanics.model.arguments import two_blocks
     from stickslip.proofs import certify
 
-    asked = [value is not None for value in (orbit, jump, max_period, basins, entropy)]
+    asked = [value is not None for value in (orbit, jump, max_period, basins, entropy, chaos)]
     if sum(asked) != 1:
-        raise UsageError("give one of --orbit, --jump, --max-period, --basins and --entropy")
-    for option, d in (("--orbit", orbit), ("--jump", jump)):
+        raise UsageError(
+            "give one of --orbit, --jump, --max-period, --basins, --entropy and --chaos"
+        )
+    for option, d in (("--orbit", orbit), ("--jump", jump), ("--chaos", chaos)):
         if d is not None and not isfinite(d):
             raise UsageError(f"{option} {d}: a finite number is needed")
     kinds = {"border_collision": border, "flip": flip, "fold": fold}
@@ -112,7 +119,7 @@ def certify(
         raise UsageError("give one of --border, --flip, --fold and --along")
     if varied and orbit is None:
         raise UsageError("--border, --flip, --fold need the orbit: --orbit D --period P")
-    if along and (jump is not None or entropy is not None):
+    if along and all(each is None for each in (orbit, max_period, basins)):
         raise UsageError("--along goes with --orbit, --max-period or --basins alone")
     if (along is None) != (range is None):
         raise UsageError("--along and --range go together: --along V --range 0.0366 0.0372")
@@ -133,6 +140,8 @@ def certify(
             proof = certify.certify_basins(system, basins, along=along, range=range)
         elif entropy is not None:
             proof = certify.certify_entropy(system, entropy)
+        elif chaos is not None:
+            proof = certify.certify_chaos(system, chaos)
         elif orbit is not None and along and range:
             proof = certify.certify_branch(system, orbit, period, along, range, digits=digits)
         elif orbit is not None and varied:

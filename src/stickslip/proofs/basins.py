@@ -17,7 +17,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from stickslip.proofs.jet import outward
-from stickslip.proofs.power import Region, step
+from stickslip.proofs.power import FORKS, Region, step
 from stickslip.proofs.system import decimal
 from stickslip.proofs.verify.words import MOST_CELLS
 from stickslip.proofs.wave import Undecided
@@ -32,7 +32,6 @@ FIRST: Final = 1024  # cells to begin with
 NARROWEST: Final = 1e-7  # of the domain
 TRAPS: Final = tuple(m * 10.0**-k for k in range(1, 11) for m in (5, 2, 1))  # half widths to try
 PARTS: Final = 32  # of such an interval
-FORKS: Final = 4  # questions that a cell may leave open
 BEYOND: Final = np.iinfo(np.int64).max
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import nan
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 
 import numpy as np
@@ -22,13 +22,15 @@ from stickslip.proofs.basins import Basins
 from stickslip.proofs.branch import Tube
 from stickslip.proofs.certificate import Certificate, certificate, refusal
 from stickslip.proofs.complete import Endless, Survey
+from stickslip.proofs.expansion import proven_expansion
 from stickslip.proofs.formulas import FormulaMap, formula_map_values
 from stickslip.proofs.horseshoe import partition, proven_horseshoe, snap_back
-from stickslip.proofs.jet import outward, precision, variables
+from stickslip.proofs.jet import outward, precision
 from stickslip.proofs.jump import proven_border, proven_jump
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import MULTIPLIERS, proven_critical, proven_orbit
-from stickslip.proofs.power import MapSetting, Region, Setting, step
+from stickslip.proofs.power import MapSetting, Region, Setting
+from stickslip.proofs.range import MOST_PARTS, Span, hull_of, parts
 from stickslip.proofs.system import (
     Constant,
     Exact,
@@ -36,7 +38,6 @@ from stickslip.proofs.system import (
     exact_parameters,
     fraction,
     law_of,
-    number,
 )
 from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD
 from stickslip.proofs.wave import Undecided
@@ -51,6 +52,7 @@ ExactValues: TypeAlias = Mapping[str, Exact] | None
 SPARE_BITS: Final = 80  # beyond the digits asked for: what events near grazing lose
 MOST_BITS: Final = 2**20
 MOVES_THE_DOMAIN: Final = ("alpha", "beta")
+UNKNOWN: Final = (-inf, inf)
 PAST_THE_END: Final = 0.01  # of a curve's range, where a breakpoint ends it
 
 
@@ -437,32 +439,101 @@ def certify_entropy(
     return _proof("horseshoe", prove, values, digits, factors=(1,))
 
 
+def certify_chaos(
+    model: TwoBlock,
+    d: float,
+    at_least: float = 0.0,
+    *,
+    digits: int = 12,
+    exact: ExactValues = None,
+) -> Certificate:
+    """Prove that the orbit of a start stays where all orbits expand: a chaotic attractor.
+
+    Intervals are taken into themselves, and derivatives of f^n grow at least like exp(h n) there.
+    So no orbit in them attracts, however long its period, and there is an invariant density
+    (docs: proofs, expansion).
+
+    Parameters
+    ----------
+    model, exact
+        As for `certify`; Coulomb friction only.
+    d : float
+        A start that goes to the attractor.
+    at_least : float, optional
+        The rate h that is to be proven, at least. The Lyapunov exponent is larger, for h is that of
+        the slowest orbit.
+    digits : int, optional
+        Significant digits that are computed with.
+
+    Returns
+    -------
+    Certificate
+        Its document holds the exponent h, and the intervals with weights: a metric in which every
+        step expands. Not proven if f' vanishes somewhere in them, as where the attractor has folds.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import stickslip as ss
+    >>> model = ss.TwoBlock(alpha=3.1, beta=1.26, V=0.065, friction=ss.Coulomb(mu=0.061))
+    >>> ss.certify_chaos(model, 0.27).document["exponent"]
+    '0.086076'
+    """
+    d = finite_number("d", d)
+    at_least = finite_number("at_least", at_least, at_least=0.0)
+    values, digits, _ = _checked(model, digits, exact)
+    _of_constant_friction(values, "expansions are")
+    low, high = model.domain
+    if not low <= d <= high:
+        raise ValueError(f"d = {d!r} is outside the domain {low:.12g} <= d <= {high:.12g}")
+
+    def prove() -> dict[str, Any]:
+        entries = proven_expansion(Setting(values), model.as_map(), d)
+        if float(entries["exponent"]) < at_least:
+            raise Undecided(f"only an exponent of {entries['exponent']} is shown")
+        return entries
+
+    return _proof("expansion", prove, values, digits, factors=(1,))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Enclosure(Result):
     """What f does on a box of d and parameters.
 
     Attributes
     ----------
-    proven : bool
-        Whether every motion of the box is proven to have the one itinerary.
-    itinerary : str
-        Empty if not.
+    itineraries : tuple of str
+        All that are possible in the box; none if it is too wide to tell.
     value, derivative : tuple of float
-        Lowest and highest of f and f' on the box, rounded outward; NaN if not proven.
+        Lowest and highest of f, and of f' where there is one, on the box, rounded outward; infinite
+        if nothing is known.
     parameter_derivatives : dict of str to tuple of float
         The same for the parameters that vary in the box.
     reason : str
-        Why nothing is proven; empty if it is.
+        Why there is not one itinerary; empty if there is.
     """
 
-    proven: bool
-    itinerary: str
+    itineraries: tuple[str, ...]
     value: tuple[float, float]
     derivative: tuple[float, float]
     parameter_derivatives: dict[str, tuple[float, float]]
     reason: str = ""
     _plot: ClassVar = "columns.draw_enclosure"
     _has_picture: ClassVar = False
+
+    @property
+    def proven(self) -> bool:
+        """Whether every motion of the box is proven to have the one itinerary."""
+        return len(self.itineraries) == 1
+
+    @property
+    def itinerary(self) -> str:
+        """The one itinerary; empty if it is not proven."""
+        return self.itineraries[0] if self.proven else ""
 
     def _columns(self) -> dict[str, Any]:
         derivatives = {f"df/d({name})": pair for name, pair in self.parameter_derivatives.items()}
@@ -474,8 +545,9 @@ class Enclosure(Result):
         }
 
     def __repr__(self) -> str:
-        """Itinerary, or why there is none; then the bounds."""
-        told = f"itinerary {self.itinerary}" if self.proven else f"not proven: {self.reason}"
+        """Itinerary, or why there is not one; then the bounds."""
+        words = " or ".join(self.itineraries) or "unknown"
+        told = f"itinerary {words}" + (f": {self.reason}" if self.reason else "")
         return f"Enclosure: {told}\n{self.table()!r}"
 
 
@@ -488,6 +560,10 @@ def enclose(
     **parameters: tuple[Exact, Exact],
 ) -> Enclosure:
     """Enclose f, f' and df/dp on an interval of d and intervals of parameters.
+
+    The box is cut into parts until what encloses f is at most twice as wide as what f is proven to
+    take, or until 1000 parts are of no help (docs: proofs, ranges). Under law (9), where only tiny
+    boxes can be enclosed, it is taken whole.
 
     Parameters
     ----------
@@ -503,7 +579,7 @@ def enclose(
     Returns
     -------
     Enclosure
-        Not proven if the box is too wide, or holds a breakpoint: `reason` says which event.
+        Of a box with breakpoints in it several itineraries: `reason` says which event is open.
 
     Raises
     ------
@@ -516,8 +592,9 @@ def enclose(
     >>> box = ss.enclose(ss.examples.coulomb(), ("0.27", "0.2701"), V=("0.0366", "0.03661"))
     >>> box.itinerary
     '.- -- +- +. ..'
-    >>> ss.enclose(ss.examples.coulomb(), ("0.2791", "0.2792")).reason
-    'block 2 may graze the belt velocity'
+    >>> jump = ss.enclose(ss.examples.coulomb(), ("0.2791", "0.2792"))
+    >>> jump.itineraries, jump.reason
+    (('.- -- +- +. ..', '.- -- .- -- +- +. ..'), 'block 2 may graze the belt velocity')
     """
     values = exact_parameters(model, exact)
     if unknown := sorted(set(parameters) - {*model.parameters, *values}):
@@ -525,41 +602,41 @@ def enclose(
     with precision(whole_number("bits", bits, 2, at_most=MOST_BITS)):
         ends = {"d": d if isinstance(d, tuple) else (d, d), **parameters}
         box = [_interval(name, pair) for name, pair in ends.items()]
-        x, *coordinates = variables([m for m, _ in box], [r for _, r in box])
         setting = Setting(values, tuple(parameters))
-        _inside(x.range, setting, [c.range for c in coordinates])
-        try:
-            (piece,) = step(setting, x, coordinates)
-        except Undecided as error:
-            nothing = (nan, nan)
-            return Enclosure(False, "", nothing, nothing, {}, str(error))
-        value = piece.value
+        _inside(box, setting)
+        found = parts(setting, box, most=MOST_PARTS if law_of(values) is Constant else 1)
+        reason = next((part.reason for part in found if part.reason), "")
+        pieces = [piece for part in found for piece in part.pieces]
+        words = () if any(not part.pieces for part in found) else {p.itinerary for p in pieces}
+        gradient = [
+            hull_of([outward(piece.value.gradient[k]) for piece in pieces]) if words else UNKNOWN
+            for k in range(len(box))
+        ]
         return Enclosure(
-            True,
-            piece.itinerary,
-            outward(value.range),
-            outward(value.gradient[0]),
-            dict(zip(parameters, map(outward, value.gradient[1:]), strict=True)),
+            tuple(sorted(words, key=lambda word: (len(word), word))),
+            hull_of([part.outer for part in found]),
+            gradient[0],
+            dict(zip(parameters, gradient[1:], strict=True)),
+            reason,
         )
 
 
-def _interval(name: str, ends: Any) -> tuple[arb, arb]:
+def _interval(name: str, ends: Any) -> Span:
     if not isinstance(ends, tuple) or len(ends) != 2:
         raise ValueError(f"{name} = {shown(ends)} is not allowed: {name} must be a pair (lo, hi).")
-    low, high = ends
-    a, b = fraction(name, low), fraction(name, high)
-    if a > b:
-        raise ValueError(f"{name} = ({low}, {high}): the lower end comes first")
-    middle = number((a + b) / 2)
-    return middle.mid(), (number((b - a) / 2) + middle.rad()).upper()
+    low, high = (fraction(name, end) for end in ends)
+    if low > high:
+        raise ValueError(f"{name} = ({ends[0]}, {ends[1]}): the lower end comes first")
+    return low, high
 
 
-def _inside(d: arb, setting: Setting, coordinates: list[arb]) -> None:
-    given = {name: number(value) for name, value in setting.values.items()}
-    given |= dict(zip(setting.varied, coordinates, strict=True))
-    end = (1 + given["beta"]) / (1 + 2 * given["alpha"])
-    if any(abs(x) > end for x in (d.lower(), d.upper())):
-        raise ValueError(f"d = {d} is outside the domain |d| <= {end.str(12, radius=False)}")
+def _inside(box: list[Span], setting: Setting) -> None:
+    given = {name: (value, value) for name, value in setting.values.items()}
+    given |= dict(zip(setting.varied, box[1:], strict=True))
+    end = (1 + given["beta"][0]) / (1 + 2 * given["alpha"][1])
+    for d in box[0]:
+        if abs(d) > end:
+            raise ValueError(f"d = {float(d)!r} is outside the domain |d| <= {float(end):.12g}")
 
 
 def _setting(values: dict[str, Any]) -> MapSetting:

@@ -36,6 +36,17 @@ class Decision:
     sign: int  # of the margin, for the answer that is followed here
     answer: str
 
+    @property
+    def question(self) -> str:
+        """What may happen, in words."""
+        who = " and ".join(map(str, self.blocks))
+        return {
+            "graze": f"block {who} may graze the belt velocity",
+            "tie": f"events of blocks {who} may come in either order",
+            "rest": f"block {who} comes to rest with its force about at the static limit",
+            "onset": "both blocks reach their limits about together at the onset",
+        }[self.kind]
+
 
 @dataclass(frozen=True)
 class Event:
@@ -281,7 +292,13 @@ def _touch(x: Signal, s: arb, h: float, at_touch: bool) -> tuple[Number, Number]
     margin = x.wave(bottom)
     if at_touch or isinstance(bottom, arb):
         return bottom, margin
-    return bottom.vague(hull(s, bottom.range.upper())), margin
+    # Beyond the landing the signal falls by at least half its least bend times the time squared.
+    first, last = s, bottom.range.upper()
+    bend = spread(x.bend(hull(s, last)))
+    if bend > 0:
+        ahead = (-2 * spread(margin) / bend).nonnegative_part().sqrt()
+        first = first.max((bottom.range - ahead).lower())
+    return bottom.vague(hull(first, last)), margin
 
 
 def _first(x: Signal) -> str:

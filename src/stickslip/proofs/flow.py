@@ -74,20 +74,9 @@ def images(system: System, d: Number, *, forks: int = 8, at_touch: bool = False)
             raise Undecided(f"no global stick within {MOST_PHASES} phases")
         after = _after(system, state, at_touch)
         if len(after) > 1 and len(done) + len(waiting) + len(after) > forks + 1:
-            raise Undecided(_question(after))
+            raise Undecided(next(s.decisions[-1].question for s in after if s.decisions))
         waiting += after
     return done
-
-
-def _question(states: list[_State]) -> str:
-    decision = next(s.decisions[-1] for s in states if s.decisions)
-    who = " and ".join(map(str, decision.blocks))
-    return {
-        "graze": f"block {who} may graze the belt velocity",
-        "tie": f"events of blocks {who} may come in either order",
-        "rest": f"block {who} comes to rest with its force about at the static limit",
-        "onset": "both blocks reach their limits about together at the onset",
-    }[decision.kind]
 
 
 def _onsets(system: System, d: Number) -> list[_State]:
@@ -130,7 +119,8 @@ def _after(system: System, state: _State, at_touch: bool) -> list[_State]:
         for mode, asked in choices:
             first, second = (mode if k == i else before for k, before in enumerate(state.modes))
             speeds, forces = (w[0], w[1]), (e[0], e[1])
-            if i is not None and not (event.end or mode or event.decisions or asked):
+            tied = any(decision.kind == "tie" for decision in event.decisions)
+            if i is not None and not (event.end or mode or tied or asked):
                 speeds, forces = at_turn(
                     system, phase, i, event.time, (first, second), speeds, forces
                 )

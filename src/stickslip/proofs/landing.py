@@ -25,7 +25,8 @@ def at_turn(
     """Return velocities and forces at the turn of block i, which has landed and rides on.
 
     Where there is no turn soon, or it is not proven that nothing happens before it, those at the
-    landing, which are given.
+    landing, which are given. A block may also have just touched, or missed: then the time of its
+    landing is vague, and the state at the turn without it is among those returned.
     """
     if isinstance(phase, TaylorStep) or not isinstance(time, Jet):
         return w, e
@@ -93,11 +94,15 @@ def _gaps(system: System, phase: Phase, i: int, turn: Jet, rest: Jet) -> list[Nu
 
 
 def _sharper(later: Number, slip: Number, gap: Number) -> Number:
-    """Intersect the gradient of a quantity with that of the motion without landing and the gap."""
+    """Intersect a quantity with what it is without the landing and the gap."""
     if not (isinstance(later, Jet) and isinstance(slip, Jet)):
         return later
-    gradient = []
-    for own, without, change in zip(later.gradient, slip.gradient, gap.gradient, strict=True):
-        other = without + change
-        gradient.append(own.intersection(other) if own.is_finite() else other)
-    return Jet(later.centre, later.range, tuple(gradient), later.box).tight()
+    other = slip + gap
+    gradient = (
+        a.intersection(b) if a.is_finite() else b
+        for a, b in zip(later.gradient, other.gradient, strict=True)
+    )
+    centre, range = (
+        a.intersection(b) for a, b in ((later.centre, other.centre), (later.range, other.range))
+    )
+    return Jet(centre, range, tuple(gradient), later.box).tight()

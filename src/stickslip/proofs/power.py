@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, ClassVar, Protocol, cast
+from typing import Any, ClassVar, Final, Protocol, cast
 
 from flint import arb
 
@@ -18,6 +18,8 @@ from stickslip.proofs.jet import Jet, Number, variables
 from stickslip.proofs.system import System, decimal, law_of, number
 from stickslip.proofs.taylor import Falling
 from stickslip.proofs.verify.cover import WEIGHT
+
+FORKS: Final = 4  # questions that a box may leave open where all answers are followed
 
 
 class MapSetting(Protocol):

@@ -11,6 +11,7 @@ from flint import arb, arb_series, ctx
 
 from stickslip.proofs.verify.branch import check_branch, in_tube
 from stickslip.proofs.verify.cover import check_basins, check_curves
+from stickslip.proofs.verify.expansion import check_expansion
 from stickslip.proofs.verify.falling import FallingMotion
 from stickslip.proofs.verify.formulas import FormulaMotion
 from stickslip.proofs.verify.horseshoe import check_horseshoe
@@ -22,6 +23,7 @@ from stickslip.proofs.verify.words import (
     Certificate,
     CertificateOfFormulas,
     Curves,
+    Expansion,
     Flip,
     Fold,
     Formulas,
@@ -508,6 +510,9 @@ def check(document: Any) -> Certificate | CertificateOfFormulas:
             case Horseshoe():
                 ctx.prec = WIDE_BITS
                 check_horseshoe(_motion(c.system), c.theorem)
+            case Expansion():
+                ctx.prec = WIDE_BITS
+                check_expansion(Motion(c.system), c.theorem)
             case Fold():
                 _fold(c.system, c.theorem, c.digits)
             case Flip():

@@ -159,11 +159,11 @@ def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> N
     for attractor in c.attractors:
         ends = fraction(attractor.interval[0]), fraction(attractor.interval[1])
         _attracted(system, halves, attractor, ends)
-        covered.append(_Union(*ends))
+        covered.append(Union(*ends))
     for low, high, k in c.cells:
         ends = fraction(low), fraction(high)
 
-        def goes(system: _System, box: arb, union: _Union = covered[k]) -> None:
+        def goes(system: _System, box: arb, union: Union = covered[k]) -> None:
             if not all(union.holds(value) for value in system.images(box)):
                 raise Refused(
                     f"d = {box.str(12)} is not shown to be mapped into what is proven before it"
@@ -183,7 +183,7 @@ def _attracted(
     ends: tuple[Fraction, Fraction],
 ) -> None:
     """Refuse unless f^period contracts an interval into itself, which stays apart on the way."""
-    inside = _Union(*ends)
+    inside = Union(*ends)
     passed: list[arb] = []
 
     def contracts(system: _System, x: arb) -> None:
@@ -226,7 +226,7 @@ def _everywhere(
                 waiting += [(system, pair, left - 1) for pair in ((low, middle), (middle, high))]
 
 
-class _Union:
+class Union:
     """A union of closed intervals, kept as disjoint ones in order."""
 
     def __init__(self, low: Fraction, high: Fraction) -> None:
@@ -234,9 +234,11 @@ class _Union:
 
     @property
     def length(self) -> Fraction:
+        """Of all together."""
         return sum((b - a for a, b in zip(self._lows, self._highs, strict=True)), Fraction(0))
 
     def add(self, low: Fraction, high: Fraction) -> None:
+        """Join one more."""
         first = bisect.bisect_left(self._highs, low)  # the first that reaches to the new one
         last = bisect.bisect_right(self._lows, high)
         if first < last:

@@ -110,7 +110,7 @@ class FallingMotion(Motion):
                 t = (t + h).mid()
                 h = (length - t).mid()
             elif len(open_) == 1 and open_[0].falls(t, h):
-                return open_[0], open_[0].root(t, h)
+                return open_[0], open_[0].root(t.union(t + h))
             elif h > self.shortest:
                 h = (h / 2).mid()
             elif t > 0:

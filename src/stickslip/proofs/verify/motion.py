@@ -100,9 +100,8 @@ class Signal:
         rate = self.rate(t + h / 2) + self.bound * h / 2
         return bool(rate < 0 and self.range(t + h) < 0 and self.range(t) > 0)
 
-    def root(self, t: arb, h: arb) -> arb_series:
-        """When it falls through zero, with the derivatives in d."""
-        window = t.union(t + h)
+    def root(self, window: arb) -> arb_series:
+        """When it goes through zero, with the derivatives in d."""
         while True:
             rate = self.rate(window)
             new = window.mid() - self.range(window.mid()) / rate
@@ -155,7 +154,7 @@ class Motion:
         """Cut the domain into intervals that overlap."""
         return [self.end * arb(k, 1) / n for k in range(1 - n, n, 2)]
 
-    def outcomes(self, d: arb | arb_series) -> Iterator[tuple[str, arb, arb | None]]:
+    def outcomes(self, d: arb | arb_series) -> Iterator[tuple[str, arb, arb]]:
         """Yield itinerary, next d and its derivative: all that is possible from a ball."""
         # Below this step of time possibilities are listed: it is what a wide ball leaves open.
         self.shortest = (flat(d).rad() / 64).mid() + arb(2) ** (20 - ctx.prec // 2)
@@ -190,7 +189,6 @@ class Motion:
             raise Refused(f"the itinerary from d = {flat(d).str(12)} cannot be told") from None
         finally:
             self.strict = False
-        assert slope is not None
         return word, value, slope
 
     def _follow(self, state: Any, words: list[str], sure: bool) -> Iterator[Any]:
@@ -201,53 +199,54 @@ class Motion:
         if modes == (0, 0):
             value = self.reached = x[1] - x[0]
             word = " ".join(w for i, w in enumerate(words) if i == 0 or w != words[i - 1])
-            yield word, value[0], value[1] if sure else None
+            yield word, value[0], value[1]
             return
         if len(words) > 400:
             raise Refused("no global stick within 400 events")
         waves = self._waves(x, v, modes)
-        for signal, t in self._first(self._signals(waves, modes), sure):
-            known = sure and isinstance(t, arb_series)
+        for signal, t in self._first(self._signals(waves, modes)):
             y, u = [wave(t) for wave in waves], [wave.derivative()(t) for wave in waves]
             i = signal.block
             for j in (0, 1):
                 if modes[j] == 0 or j == i:
                     u[j] = self.V
-            if not known:
-                y = [arb_series([flat(a), arb(0, float("inf"))]) for a in y]
-                u = [arb_series([flat(a), arb(0, float("inf"))]) for a in u]
             for mode, certain in self._modes_after(signal, self._need(y, i)):
                 after = (mode, modes[1]) if i == 0 else (modes[0], mode)
                 state = (y, u, after)
-                if known and certain and not (mode or signal.end):
+                if certain and not (mode or signal.end):
                     state = self._turned(waves, signal, t, state)
-                yield from self._follow(state, words, known and certain)
+                yield from self._follow(state, words, sure and certain)
 
     def _turned(self, waves: list[Wave], signal: Signal, t: arb_series, state: Any) -> Any:
         """Return the state when a block that landed at t would have turned, if that is soon."""
-        # Just before a graze derivatives of t are large: there they are those of the motion without
-        # the landing, and of integrals of its velocity over the time between.
+        # Just before a graze derivatives of t are large, and across it unknown: there they are
+        # those of the motion without the landing, and of integrals of its velocity over the time
+        # between.
         x, v, after = state
         i, j = signal.block, 1 - signal.block
         fall, bend = signal.rate(t[0]), signal.rate.derivative()(t[0])
-        if not (fall < 0 < bend) or not -fall < SOON * bend:
+        if not bend > 0 or not -fall < SOON * bend:
             return state
         start, h = t[0].lower(), (4 * t[0].rad() - 2 * fall / bend).upper()
         turning = Signal(i, 0, signal.wave.derivative())
-        if not (turning.range(start) < 0 < turning.range(start + h)):
+        bend = turning.rate(start.union(start + h))
+        if not (turning.range(start) < 0 < turning.range(start + h) and bend > 0):
             return state
-        if not turning.rate(start.union(start + h)) > 0:
-            return state
-        turn = turning.root(start, h)
+        turn = turning.root(start.union(start + h))
         rest = turn - t
+        deep = (-2 * signal.range(turn[0]) / bend).nonnegative_part().sqrt()
+        shortest, longest = rest[0].nonnegative_part().lower(), rest[0].upper().min(deep.upper())
+        if not shortest <= longest:
+            return state
+        rest[0] = shortest.union(longest)
         if after[j]:
             riding = self._waves(x, v, after)
-            if not all(s.stays(arb(0), rest[0].upper()) for s in self._signals(riding, after)):
+            if not all(s.stays(arb(0), longest) for s in self._signals(riding, after)):
                 return state
         else:
             riding = [Wave(each, self.V, []) for each in x]
-        r = arb(0).union(rest[0].upper())
-        speed = (waves[i].derivative()(turn - r) - self.V) * rest[0].nonnegative_part()
+        r = arb(0).union(longest)
+        speed = (waves[i].derivative()(turn - r) - self.V) * rest[0]
         omega = (1 + self.alpha).sqrt()
         sine, cosine = _sin_cos(omega * r)
         pull = [-self.alpha * (1 - cosine) / (1 + self.alpha), -self.alpha * sine / omega]
@@ -302,15 +301,15 @@ class Motion:
                     found.append(Signal(i, end, force.times(-end).above(-self.limits[i])))
         return found
 
-    def _first(self, signals: list[Signal], sure: bool) -> Iterator[tuple[Signal, Any]]:
+    def _first(self, signals: list[Signal]) -> Iterator[tuple[Signal, arb_series]]:
         """Yield the signal that reaches zero first and when; all that may, if it is not plain."""
         t, h, shortest = arb(0), arb(2) ** -4, self.shortest
         while t < 200:
             open_ = [s for s in signals if not s.stays(t, h)]
             if not open_:
                 t, h = (t + h).mid(), h * 1.5 if h < 0.2 else h
-            elif sure and len(open_) == 1 and open_[0].falls(t, h):
-                yield open_[0], open_[0].root(t, h)
+            elif len(open_) == 1 and open_[0].falls(t, h):
+                yield open_[0], open_[0].root(t.union(t + h))
                 return
             elif h > shortest:
                 h = h / 2
@@ -325,7 +324,7 @@ class Motion:
 
     def _possible(
         self, signals: list[Signal], t: arb, h: arb
-    ) -> Generator[tuple[Signal, arb], None, arb | None]:
+    ) -> Generator[tuple[Signal, arb_series], None, arb | None]:
         """Yield all events of a short time; return its end, or None if there must be one."""
         while h < 0.5:
             ends = [s.range(t + h) for s in signals]
@@ -334,7 +333,11 @@ class Motion:
             )
             if all(plain):
                 for s in (s for s in signals if not s.stays(t, h)):
-                    yield s, t.union(t + h)
+                    # One that has passed zero in part of the ball did so just before.
+                    around = (t - h).union(t + h)
+                    through = s.range(t - h) > 0 > s.range(t + h) and s.rate(around) < 0
+                    unknown = arb_series([t.union(t + h), arb(0, float("inf"))])
+                    yield s, s.root(around) if through else unknown
                 return None if any(end < 0 for end in ends) else (t + h).mid()
             h = h * 2
         raise Refused("the ball is too wide")

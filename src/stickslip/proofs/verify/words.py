@@ -384,8 +384,35 @@ class Horseshoe(_Theorem, tag="horseshoe", frozen=True, kw_only=True):
         )
 
 
+class Expansion(_Theorem, tag="expansion", frozen=True, kw_only=True):
+    """Intervals that the map takes into themselves, and in which it expands."""
+
+    exponent: Place
+    intervals: Annotated[
+        list[tuple[Place, Place, Annotated[int, Meta(ge=1, le=HEAVIEST)]]],  # ends and a weight
+        Meta(min_length=1, max_length=MOST_CELLS),
+    ]
+
+    def __post_init__(self) -> None:
+        """Refuse what does not expand."""
+        if not fraction(self.exponent) > 0:
+            raise ValueError("the exponent is not positive")
+
+    def words(self) -> str:
+        """Return the theorem."""
+        (low, *_), (_, high, _) = self.intervals[0], self.intervals[-1]
+        h = self.exponent
+        return (
+            f"The event map f takes the union J of {len(self.intervals)} closed intervals from "
+            f"d = {low} to {high} into itself. There is a c > 0 such that |(f^n)'| is at least "
+            f"c exp({h} n) for every n, wherever f^n is differentiable in J: every periodic orbit "
+            "in J along which f is differentiable is unstable, and no Lyapunov exponent of an "
+            f"orbit in J is less than {h}."
+        )
+
+
 Theorem: TypeAlias = (
-    Orbit | Jump | Border | Fold | Flip | List | Branch | Curves | Basins | Horseshoe
+    Orbit | Jump | Border | Fold | Flip | List | Branch | Curves | Basins | Horseshoe | Expansion
 )
 
 
