@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import reduce
+from functools import cached_property, reduce
+from heapq import heappop, heappush
+from itertools import count
 from math import inf
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from flint import arb
 
@@ -24,7 +26,7 @@ Span: TypeAlias = tuple[Fraction, Fraction]
 Ends: TypeAlias = tuple[float, float]
 
 SHARP: Final = 2.0  # what encloses a range, in widths of what is proven to be taken
-MOST_PARTS: Final = 1000
+MOST_PARTS: Final = 10_000
 DEEPEST: Final = 20  # halvings of the box
 
 
@@ -37,14 +39,14 @@ class Part:
     reason: str  # why there is not one piece
     depth: int
 
-    @property
+    @cached_property
     def outer(self) -> Ends:
         """Lowest and highest value that is possible."""
         if not self.pieces:
             return -inf, inf
         return outward(reduce(arb.union, (piece.value.range for piece in self.pieces)))
 
-    @property
+    @cached_property
     def inner(self) -> Ends:
         """Values between which f is proven to take all; the lower above the upper if unknown."""
         if len(self.pieces) != 1:
@@ -54,28 +56,37 @@ class Part:
         swing = sum((slope.abs_lower() * step.rad() for slope, step in steps), arb(0))
         return float((value.centre - swing).upper()), float((value.centre + swing).lower())
 
-    def excess(self, inner: Ends) -> tuple[float, int]:
-        """How far it may lead beyond values that are taken; of two, the narrower part first."""
-        low, high = self.outer
-        return max(inner[0] - low, high - inner[1]), self.depth
-
 
 def parts(setting: MapSetting, box: Sequence[Span], *, most: int = MOST_PARTS) -> list[Part]:
     """Cut a box until its parts enclose at most `SHARP` times what the map takes on it.
 
     Or until there are so many, or one is too narrow: then those that are too wide are among them.
     """
-    found = [_part(setting, tuple(box), 0)]
+    found = {0: _part(setting, tuple(box), 0)}
+    inner = found[0].inner
+    heaps: tuple[list[Any], list[Any]] = [(-inf, 0, 0)], [(-inf, 0, 0)]  # lowest, highest first
+    numbers = count(1)
     while len(found) < most:
-        inner, outer = hull_of([p.inner for p in found]), hull_of([p.outer for p in found])
-        if outer[1] - outer[0] <= SHARP * (inner[1] - inner[0]):
+        ends = []
+        for heap in heaps:
+            while heap[0][-1] not in found:
+                heappop(heap)
+            ends.append(heap[0][-1])
+        below, above = (found[k] for k in ends)
+        beyond = inner[0] - below.outer[0], above.outer[1] - inner[1]
+        if above.outer[1] - below.outer[0] <= SHARP * (inner[1] - inner[0]):
             break
-        worst = max(found, key=lambda part: part.excess(inner))
+        worst = below if beyond[0] >= beyond[1] else above
         if worst.depth == DEEPEST or all(low == high for low, high in worst.box):
             break
-        found.remove(worst)
-        found += [_part(setting, half, worst.depth + 1) for half in _halves(worst)]
-    return found
+        del found[ends[0] if worst is below else ends[1]]
+        for half in _halves(worst):
+            k, part = next(numbers), _part(setting, half, worst.depth + 1)
+            found[k] = part
+            inner = hull_of([inner, part.inner])
+            heappush(heaps[0], (part.outer[0], -part.depth, k))  # of two, the narrower one first
+            heappush(heaps[1], (-part.outer[1], -part.depth, k))
+    return list(found.values())
 
 
 def hull_of(ends: Sequence[Ends]) -> Ends:
