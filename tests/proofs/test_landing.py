@@ -13,7 +13,7 @@ from tests.sizes import sizes
 import stickslip as ss
 from stickslip.proofs import landing
 from stickslip.proofs.jet import precision, variables
-from stickslip.proofs.power import Setting, step
+from stickslip.proofs.power import FORKS, Setting, step
 from stickslip.proofs.system import exact_parameters
 from stickslip.proofs.verify import motion
 from stickslip.proofs.verify.motion import Motion
@@ -93,3 +93,53 @@ def test_slopes_beside_a_graze_are_known_to_a_hundredth(program, where, monkeypa
     _, before = program(model, touching, NARROW * 1e-6)
     assert before.contains(slope.mid())
     assert float(before.rad()) > 100
+
+
+def forked(program, model, middle, radius):
+    """Itinerary, value and slope of every outcome of a box."""
+    values = exact_parameters(model, binary(model))
+    if program == "certifier":
+        with precision(128):
+            box = variables([arb(middle)], [arb(radius)])
+            pieces = step(Setting(values), box[0], forks=FORKS)
+            return [(p.itinerary, p.value.range, p.value.gradient[0]) for p in pieces]
+    before = ctx.prec, ctx.cap
+    ctx.prec, ctx.cap = 128, 2
+    try:
+        return list(
+            Motion({n: str(x) for n, x in values.items()}).outcomes(arb(middle) + arb(0, radius))
+        )
+    finally:
+        ctx.prec, ctx.cap = before
+
+
+@pytest.mark.parametrize("program", ["certifier", "verifier"])
+@pytest.mark.parametrize("systems", sizes(8, 300))
+def test_values_and_slopes_across_breaks_of_every_kind(program, systems):
+    rng = np.random.default_rng(8)
+    seen, bounded, boxes = set(), 0, 0
+    for _ in range(systems):
+        model = random_model(rng)
+        f = ss.event_map(model)
+        breaks = ss.breakpoints(model)
+        for k in rng.permutation(len(breaks))[:2]:
+            radius = 10 ** rng.uniform(-8, -4)
+            try:
+                found = forked(program, model, breaks[k].d, radius)
+            except (Undecided, Refused):
+                continue
+            boxes += 1
+            bounded += all(slope.is_finite() for *_, slope in found)
+            seen.add(breaks[k].mechanism)
+            x = breaks[k].d + radius * rng.uniform(-0.999, 0.999, 20)
+            values = f.evaluate(x)
+            for d, value, rate in zip(x, values.value, values.derivative, strict=True):
+                ours = [(v, s) for word, v, s in found if word == f.itinerary(d)]
+                assert any(
+                    (v + arb(0, 1e-11)).contains(float(value))
+                    and (s + arb(0, 1e-6 * max(1, abs(rate)))).contains(float(rate))
+                    for v, s in ours
+                )
+    assert any("grazes" in mechanism for mechanism in seen)
+    assert len(seen) > 3
+    assert bounded > 0.8 * boxes > 0.8 * systems
