@@ -1,7 +1,6 @@
-"""Lanes: sixteen doubles as one value of a kernel; every operation on them is vector code.
+"""Lanes: eight doubles as one value of a kernel; every operation on them is vector code.
 
-Two vectors of AVX-512 (four of AVX2) go through a step side by side. In plain Python lanes are
-arrays of NumPy. They come from an array (`load`) and go back into one (`store`). Numba spends its
+They are one vector of AVX-512, two of AVX2. In plain Python lanes are arrays of NumPy. They come from an array (`load`) and go back into one (`store`). Numba spends its
 time on statements: one call that sums twenty products costs what one product does.
 """
 
@@ -22,9 +21,8 @@ from numpy.typing import NDArray
 
 from stickslip.numerics.targets import config
 
-# Two AVX-512 vectors: a single motion costs half of what it would with 32 lanes, a full row the
-# same.
-LANES = 16
+# One AVX-512 vector: a few motions cost half of what they would with 16 lanes, a full row the same.
+LANES = 8
 
 FUSED = ("contract",)
 # LLVM takes half vectors of AVX-512 on processors whose clock, it thinks, whole ones slow down.
@@ -79,7 +77,7 @@ def _nothing() -> None:
 
 
 class _Row(types.Type):
-    """Sixteen doubles, integers of 64 bits, or truth values."""
+    """Eight doubles, integers of 64 bits, or truth values."""
 
     def __init__(self, name: str, element: Any) -> None:
         super().__init__(f"{name} x {LANES}")
