@@ -103,6 +103,8 @@ def whole_number(
 
 def real_numbers(name: str, values: object) -> Floats:
     """Return numbers of any shape as floats, NaN included, or say what is not a number."""
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
     try:
         array = np.asarray(values)
         if array.dtype.kind == "O":  # fractions and the like; what is no number fails here

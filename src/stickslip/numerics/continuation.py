@@ -253,10 +253,13 @@ class ArclengthCurve:
         length = float(np.linalg.norm(chord))
         chord = chord / length
         best: list[CurvePoint] = []
+        known: dict[bytes, CurvePoint] = {}  # shares may differ by less than points do
 
         def value(share: float) -> float:
             guess = a.y + self.scale * _hermite(a, b, share, length, self.scale)
-            best[:] = [self._corrected(guess, chord, a.tangent, length)]
+            if (key := guess.tobytes()) not in known:
+                known[key] = self._corrected(guess, chord, a.tangent, length)
+            best[:] = [known[key]]
             return test(best[0])
 
         share = zero_between(value, 0.0, 1.0, test(a), test(b))

@@ -64,7 +64,8 @@ class Nodes:
 
     def take(self, index: Indices | Bools | slice) -> Nodes:
         """Return the nodes at an index, mask or slice."""
-        return Nodes(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+        x, value, slope = self.x[index], self.value[index], self.slope[index]
+        return Nodes(x, value, slope, self.label[index], self.ok[index], self.margin[index])
 
     def joined(self, other: Nodes) -> Nodes:
         """Return both, one after the other, unsorted."""

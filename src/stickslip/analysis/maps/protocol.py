@@ -176,6 +176,9 @@ class PointValues(Result):
 def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Return points, moved to the nearest end of the domain, and which lie inside, by a few ulp."""
     lo, hi = domain
+    inside = (x >= lo) & (x <= hi)
+    if inside.all():  # nearly always
+        return x, inside
     slack = DOMAIN_SLACK_ULP * math.ulp(max(abs(lo), abs(hi)))
     inside = (x >= lo - slack) & (x <= hi + slack)
     return np.minimum(np.maximum(x, lo), hi), inside
@@ -201,6 +204,7 @@ def sample(f: Map1D | MapND, x: ArrayLike) -> PointValues:
     contains = getattr(f, "contains", None)  # of maps of R^n
     if contains is None:
         points, inside = clip_to_domain(f.domain, points)  # type: ignore[union-attr]
+        f = getattr(f, "whole", f)  # the window is passed
     else:
         inside = contains(points)
     if inside.all() and (contains is None or inside.size):
@@ -231,8 +235,10 @@ def values_and_slopes(f: Map1D, x: Floats) -> tuple[Floats, Floats]:
     if offered is None:
         got = sample(f, x)
         return got.value, got.derivative
-    value, slope = np.full(x.shape, np.nan), np.full(x.shape, np.nan)
     clipped, inside = clip_to_domain(f.domain, x)
+    if inside.all():
+        return offered(clipped)
+    value, slope = np.full(x.shape, np.nan), np.full(x.shape, np.nan)
     value[inside], slope[inside] = offered(clipped[inside])
     return value, slope
 

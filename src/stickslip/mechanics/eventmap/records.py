@@ -135,15 +135,12 @@ def global_stick(n: int) -> Section:
 def new_outputs(shape: tuple[int, ...], n_columns: int) -> Outputs:
     """Arrays for what the motions from points of that shape leave."""
     n = shape[0]
-    return Outputs(
-        value=np.full(shape, np.nan),
-        derivative=np.full((*shape, n_columns), np.nan),
-        duration=np.zeros(n),
-        n_events=np.zeros(n, dtype=np.int64),
-        label=np.zeros(n, dtype=np.uint64),
-        margin=np.full(n, np.inf),
-        status=np.zeros(n, dtype=np.int64),
-    )
+    value, derivative, margin = np.empty(shape), np.empty((*shape, n_columns)), np.empty(n)
+    value.fill(np.nan)
+    derivative.fill(np.nan)
+    margin.fill(np.inf)
+    duration, n_events, status = np.zeros(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
+    return Outputs(value, derivative, duration, n_events, np.zeros(n, np.uint64), margin, status)
 
 
 class ModelTable(NamedTuple):
