@@ -240,15 +240,16 @@ class ModelMap:
         (2,)
         """
         points, rows = self._admitted(d)
-        outputs = self._backend.carry(rows, slope=True, watch=True)
+        value, derivative, *rest = self._backend.carry(rows, slope=True, watch=True)
         cell = self._cell
-        shapes = {"value": points.shape, "derivative": points.shape + cell}
+        shapes = points.shape, points.shape + cell
         one_each = points.shape[: points.ndim - len(cell)]
-        told: dict[str, Any] = {
-            name: array.reshape(shapes.get(name, one_each))[()]
-            for name, array in outputs._asdict().items()
-        }
-        return EventMapResult(**told, d=points)
+        told: tuple[Any, ...] = (
+            value.reshape(shapes[0])[()],
+            derivative.reshape(shapes[1])[()],
+            *(array.reshape(one_each)[()] for array in rest),
+        )
+        return EventMapResult(*told, d=points)
 
     @overload
     def itinerary(self, d: float) -> str: ...

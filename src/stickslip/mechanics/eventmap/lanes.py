@@ -315,8 +315,8 @@ class PoolBackend(BatchBackend):
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
-        orbits = np.full((d.size, 2), np.nan)
-        orbits[:, 0] = d
+        orbits = np.empty((d.size, 2))
+        orbits[:, 0], orbits[:, 1] = d, math.nan
         outputs = self._advanced(orbits, slope=slope, watch=watch)
         return outputs._replace(value=orbits[:, 1])
 
@@ -346,7 +346,7 @@ class PoolBackend(BatchBackend):
         steps = max(1, orbits.shape[1] - 1)
         while True:
             launch(task, len(orbits), self.threads, max(1, POOL_TILE // steps))
-            rows = np.flatnonzero(outputs.status == HANDED_OVER)
+            (rows,) = (outputs.status == HANDED_OVER).nonzero()
             if rows.size == 0:
                 return outputs
             carried = scalar.carry(orbits[rows, filled[rows]], slope=slope, watch=watch)

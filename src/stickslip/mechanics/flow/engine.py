@@ -129,7 +129,9 @@ class Engine:
 
     def widened(self, directions: Floats, n_more: int) -> Floats:
         """Directions with some more that change nothing."""
-        return np.pad(directions, ((0, n_more), (0, 0)))
+        rows = np.zeros((len(directions) + n_more, directions.shape[1]))
+        rows[: len(directions)] = directions
+        return rows
 
     def columns(self, directions: Floats) -> Floats:
         """Return an entry for each direction."""
