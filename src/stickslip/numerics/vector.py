@@ -1,7 +1,8 @@
 """Lanes: eight doubles as one value of a kernel; every operation on them is vector code.
 
-They are one vector of AVX-512, two of AVX2. In plain Python lanes are arrays of NumPy. They come from an array (`load`) and go back into one (`store`). Numba spends its
-time on statements: one call that sums twenty products costs what one product does.
+They are one vector of AVX-512, two of AVX2; in plain Python arrays of NumPy. They come from an
+array (`load`) and go back into one (`store`). Numba spends its time on statements: one call that
+sums twenty products costs what one product does.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import cached_property, lru_cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -65,7 +65,7 @@ class ScalarBackend:
         self.model, self.controls, self.threads = model, controls, threads
         self.engine: Any = engine
         self.name: str = engine.name
-        self._local = _scratch_of(engine.key) if engine.is_pair else threading.local()
+        self._local = held_for(engine.key) if engine.is_pair else threading.local()
         self._no_itinerary = np.zeros((0, model.n_blocks), dtype=np.int8)
 
     def value(self, d: float) -> float:
@@ -193,9 +193,9 @@ class ScalarBackend:
         return carry
 
 
-@lru_cache(maxsize=16)
-def _scratch_of(_key: str) -> threading.local:
-    """Work arrays of each thread: maps of two equal blocks with the same kernels use the same."""
+@lru_cache(maxsize=32)
+def held_for(*_users: Hashable) -> threading.local:
+    """Work arrays of each thread, up to a quarter of a megabyte: maps beside each other share."""
     return threading.local()
 
 

@@ -240,16 +240,13 @@ class ModelMap:
         (2,)
         """
         points, rows = self._admitted(d)
-        value, derivative, *rest = self._backend.carry(rows, slope=True, watch=True)
+        outputs = self._backend.carry(rows, slope=True, watch=True)
         cell = self._cell
-        shapes = points.shape, points.shape + cell
         one_each = points.shape[: points.ndim - len(cell)]
-        told: tuple[Any, ...] = (
-            value.reshape(shapes[0])[()],
-            derivative.reshape(shapes[1])[()],
-            *(array.reshape(one_each)[()] for array in rest),
-        )
-        return EventMapResult(*told, d=points)
+        shapes = points.shape, points.shape + cell, *[one_each] * (len(outputs) - 2)
+        told: list[Any] = [a.reshape(to)[()] for a, to in zip(outputs, shapes, strict=True)]
+        told.append(points)
+        return EventMapResult(*told)
 
     @overload
     def itinerary(self, d: float) -> str: ...

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import threading
-from functools import cached_property, lru_cache
+from functools import cached_property
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend
+from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, held_for
 from stickslip.mechanics.eventmap.records import UNTOLD, Controls, Outputs, Pools, new_outputs
 from stickslip.mechanics.flow._lane_kernels import Change, CoulombConstants, Pair, constants_at
 from stickslip.mechanics.flow.engine import Engine
@@ -36,7 +36,6 @@ from stickslip.numerics.vector import LANES
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.mechanics.friction.law import FrictionLaw
     from stickslip.numerics.arrays import Floats
 
 
@@ -383,15 +382,9 @@ class PoolBackend(BatchBackend):
     def pools(self, n_columns: int) -> Pools:
         """Pools for this thread, with the numbers of this model."""
         laws = self.scalar.model.laws
-        held: dict[int, Pools] = _pools_of(self.series.key, laws).__dict__.setdefault("pools", {})
+        held: dict[int, Pools] = held_for(self.series.key, laws).__dict__.setdefault("pools", {})
         if n_columns not in held:
             rows = self.series.rows(laws)
             held[n_columns] = new_pools(n_columns, rows, self._steps.SIZE)
         held[n_columns].numbers[:] = self.numbers
         return held[n_columns]
-
-
-@lru_cache(maxsize=16)
-def _pools_of(series: str, laws: tuple[FrictionLaw, FrictionLaw]) -> threading.local:
-    """Pools of each thread, a quarter of a megabyte: models of the same laws use the same."""
-    return threading.local()
