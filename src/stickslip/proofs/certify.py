@@ -562,7 +562,7 @@ def enclose(
     """Enclose f, f' and df/dp on an interval of d and intervals of parameters.
 
     The box is cut into parts until what encloses f is at most twice as wide as what f is proven to
-    take, or until 10 000 parts are of no help, which takes a minute (docs: proofs, ranges). Under
+    take, or until 2000 parts are of no help, after ten seconds or so (docs: proofs, ranges). Under
     law (9), where only tiny boxes can be enclosed, it is taken whole.
 
     Parameters

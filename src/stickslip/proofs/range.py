@@ -26,7 +26,7 @@ Span: TypeAlias = tuple[Fraction, Fraction]
 Ends: TypeAlias = tuple[float, float]
 
 SHARP: Final = 2.0  # what encloses a range, in widths of what is proven to be taken
-MOST_PARTS: Final = 10_000
+MOST_PARTS: Final = 2000
 DEEPEST: Final = 20  # halvings of the box
 
 

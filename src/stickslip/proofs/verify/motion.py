@@ -20,6 +20,7 @@ RANGES: Final = {
     "eta": (0.0, 1e4),
 }
 SOON: Final = 0.1  # between a landing and a turn, in units of sqrt(m / k)
+MOST_OUTCOMES: Final = 64  # of a ball: more are of no use
 GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}
 
 
@@ -161,12 +162,17 @@ class Motion:
         x = d if isinstance(d, arb_series) else arb_series([d, 1])
         reach = (1 + self.alpha * x, self.limits[1] - (1 + self.alpha) * x)
         margin = flat(reach[1] - reach[0])
+        found = 0
         for block in (0, 1):
             if not (margin < 0 if block == 0 else margin > 0):
                 modes = (-1, 0) if block == 0 else (0, -1)
                 state = ([reach[block], reach[block] + x], [self.V, self.V], modes)
                 sure = bool(margin > 0 or margin < 0)
-                yield from self._follow(state, [], sure)
+                for outcome in self._follow(state, [], sure):
+                    found += 1
+                    if found > MOST_OUTCOMES:
+                        raise Refused("too much is possible from the ball")
+                    yield outcome
 
     def step(self, d: arb) -> tuple[str, arb, arb]:
         """Return the one outcome from a ball; the value by the mean value theorem."""
