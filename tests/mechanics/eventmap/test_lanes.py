@@ -102,6 +102,12 @@ def test_a_shallow_lobe_is_found_where_a_step_of_newton_would_leave_it():
     assert_told_alike(system, np.array([0.0745855986774655]))
 
 
+def test_a_rider_that_comes_to_its_limit_slowly_is_told():
+    friction = ss.Coulomb(0.06440228370167352)
+    system = ss.TwoBlock(1.2468787774716041, 0.9540217658329699, 0.1411448260667256, friction)
+    assert_told_alike(system, np.array([-0.199253143084422]))
+
+
 @pytest.mark.slow
 def test_lanes_tell_it_of_many_systems():
     for system in random_models(400, seed=9):

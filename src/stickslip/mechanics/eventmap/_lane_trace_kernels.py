@@ -225,7 +225,7 @@ def release_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
             back = middle - swing if nearest < t else math.inf
             # Forward: where the rider's force turned before, and how it meets the limit.
             rise, high, _, _ = dip(slip, gap, rate, slip.friction, 0.0, 0.0)
-            speed = abs(slip.loading_b + slip.coupling * b[START_W + k])
+            speed = abs(slip.loading_b - slip.coupling * b[START_W + k])
             highest = slip.limit_b - abs(b[FREED_RIDER + k] + high)
             ahead = smaller(speed, highest if rise > 0.0 else math.inf)
             b[CLEARANCE + k] = back if sign > 0.0 else ahead
