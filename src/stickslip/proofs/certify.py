@@ -594,7 +594,7 @@ def enclose(
     '.- -- +- +. ..'
     >>> jump = ss.enclose(ss.examples.coulomb(), ("0.2791", "0.2792"))
     >>> jump.itineraries, jump.reason
-    (('.- -- +- +. ..', '.- -- .- -- +- +. ..'), 'block 2 may graze the belt velocity')
+    (('.- -- +- +. ..', '.- -- -. +. ..'), 'block 2 may graze the belt velocity')
     """
     values = exact_parameters(model, exact)
     if unknown := sorted(set(parameters) - {*model.parameters, *values}):
