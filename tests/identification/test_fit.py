@@ -65,10 +65,11 @@ def test_a_sensor_may_count_from_anywhere(zero: float, pieces: int | None) -> No
     np.testing.assert_allclose(again.root, 0.0, rtol=0, atol=0.05)
 
 
-def test_each_of_two_blocks_may_be_counted_from_elsewhere() -> None:
+@pytest.mark.parametrize("zeros", [[3.0, -8.0], [300.0, -800.0]])
+def test_each_of_two_blocks_may_be_counted_from_elsewhere(zeros: list[float]) -> None:
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
     seen = record(model, d=0.1)
-    shifted = ss.Record(T, np.add(seen.x, [3.0, -8.0]), sigma=seen.sigma, free_zero=True)
+    shifted = ss.Record(T, np.add(seen.x, zeros), sigma=seen.sigma, free_zero=True)
     found = ss.fit(model.replace(mu=0.27, V=0.103), shifted, ["mu", "V"])
     assert inside(found, {"mu": 0.3, "V": 0.1})
     assert 0.8 < found.chi2 / found.n_free < 1.2

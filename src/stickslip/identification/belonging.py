@@ -84,6 +84,11 @@ class _Size(NamedTuple):
             )
 
 
+def _about(data: Record, kind: str, values: Floats) -> Floats:
+    """Return values of a record, those of sensors that count from anywhere about their means."""
+    return values - values.mean(axis=0) if kind == "x" and data.free_zero else values
+
+
 def _sizes(model: Model, data: Data) -> list[_Size]:
     period = natural_period(model)
     fast = "a fast period of the model takes"
@@ -111,9 +116,8 @@ def _sizes(model: Model, data: Data) -> list[_Size]:
     own = {"x": reach, "v": speeds}
     motions = "motions of the model reach some"
     sizes = [
-        _Size(f"{kind} reaches", _largest(values - any_zero * values.mean()), own[kind], motions)
+        _Size(f"{kind} reaches", _largest(_about(data, kind, values)), own[kind], motions)
         for kind, values, _ in data.rows
-        for any_zero in (kind == "x" and data.free_zero,)
     ]
     return [*sizes, *_paces(data, period, fast)]
 
