@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.jet import Jet, box_of, variables
 from stickslip.proofs.jump import proven_border
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import closing
@@ -147,7 +147,7 @@ class Tube:
         raise Undecided(f"the branch is proven no further than {float(p)!r}: {reason}")
 
     def _step(self, p: Fraction, x: arb, forks: int = 0) -> list[Any]:
-        d, q = variables([x.mid(), number(p).mid()], [x.rad(), number(p).rad()])
+        d, q = box_of(x, number(p))
         return step(self.setting, d, [q], forks=forks)
 
     def _point(self, p: Fraction, near: arb, length: Fraction) -> arb:

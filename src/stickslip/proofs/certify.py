@@ -487,12 +487,11 @@ def certify_chaos(
     at_least = finite_number("at_least", at_least, at_least=0.0)
     values, digits, _ = _checked(model, digits, exact)
     _of_constant_friction(values, "expansions are")
-    low, high = model.domain
-    if not low <= d <= high:
-        raise ValueError(f"d = {d!r} is outside the domain {low:.12g} <= d <= {high:.12g}")
+    setting = Setting(values)
+    _inside([_interval("d", (d, d))], setting)
 
     def prove() -> dict[str, Any]:
-        entries = proven_expansion(Setting(values), model.as_map(), d)
+        entries = proven_expansion(setting, model.as_map(), d)
         if float(entries["exponent"]) < at_least:
             raise Undecided(f"only an exponent of {entries['exponent']} is shown")
         return entries

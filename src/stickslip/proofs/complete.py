@@ -13,7 +13,7 @@ from typing import Any, Final
 from flint import arb
 
 from stickslip.proofs.branch import Tube, in_tube
-from stickslip.proofs.jet import Jet, outward, variables
+from stickslip.proofs.jet import Jet, box_of, outward
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import proven_orbit
 from stickslip.proofs.power import Region, step
@@ -160,7 +160,7 @@ class Survey:
             x, points = point, []
             for _ in range(period):
                 points.append(x)
-                (piece,) = step(fixed, variables([x.mid()], [x.rad()])[0])
+                (piece,) = step(fixed, box_of(x)[0])
                 x = piece.value.range
             lowest = min(points, key=float)
             if lowest is not point:

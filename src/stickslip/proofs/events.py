@@ -23,6 +23,21 @@ GROWTHS: Final = 40  # of a window, from the time scale of the signals
 QUIET: Final = 8  # windows in which nothing happens
 KNOWN: Final = 0.9  # share of a Taylor step that is used before the next one
 VAGUE: Final = 0.6  # a distance below this share of its spread is not approached further
+WORDS: Final = {  # of a question: what may happen, and what does where it is decided
+    "graze": ("block {} may graze the belt velocity", "block {} grazes the belt velocity"),
+    "tie": (
+        "events of blocks {} may come in either order",
+        "the events of blocks {} coincide",
+    ),
+    "rest": (
+        "block {} comes to rest with its force about at the static limit",
+        "block {} comes to rest with its force exactly at the static limit",
+    ),
+    "onset": (
+        "both blocks reach their limits about together at the onset",
+        "both blocks reach their static limits together at the onset",
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -39,13 +54,16 @@ class Decision:
     @property
     def question(self) -> str:
         """What may happen, in words."""
-        who = " and ".join(map(str, self.blocks))
-        return {
-            "graze": f"block {who} may graze the belt velocity",
-            "tie": f"events of blocks {who} may come in either order",
-            "rest": f"block {who} comes to rest with its force about at the static limit",
-            "onset": "both blocks reach their limits about together at the onset",
-        }[self.kind]
+        return WORDS[self.kind][0].format(self._who)
+
+    @property
+    def mechanism(self) -> str:
+        """What happens where the margin vanishes, in words."""
+        return WORDS[self.kind][1].format(self._who)
+
+    @property
+    def _who(self) -> str:
+        return " and ".join(map(str, self.blocks))
 
 
 @dataclass(frozen=True)

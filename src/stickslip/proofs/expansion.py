@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import iterate
 from stickslip.proofs.flow import Piece
-from stickslip.proofs.jet import outward, variables
+from stickslip.proofs.jet import box_of, outward
 from stickslip.proofs.power import FORKS, Setting, step
 from stickslip.proofs.system import decimal, number
 from stickslip.proofs.verify.words import HEAVIEST, MOST_CELLS
@@ -80,7 +80,7 @@ class _Cells:
         ball = number(low).union(number(high))
         reason = f"the slope is not shown to be away from zero near d = {float(low):.12g}"
         try:
-            pieces = step(self.setting, variables([ball.mid()], [ball.rad()])[0], forks=FORKS)
+            pieces = step(self.setting, box_of(ball)[0], forks=FORKS)
             least = [_least(piece) for piece in pieces]
         except Undecided as error:
             least, reason = [0.0], str(error)

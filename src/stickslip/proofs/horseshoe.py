@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from stickslip.analysis.branches.table import RESOLUTION, branch_table
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.jet import box_of
 from stickslip.proofs.power import MapSetting, step
 from stickslip.proofs.system import decimal, middle_of, number
 from stickslip.proofs.verify.words import HEAVIEST, MOST_INTERVALS
@@ -75,7 +75,7 @@ def _images(setting: MapSetting, ends: Interval) -> list[Fraction]:
     """Return what lies between the values at the ends of an interval, rounded inward."""
     try:
         low, high = sorted(
-            (step(setting, _jet(number(end)))[0].value.range for end in ends), key=arb.mid
+            (step(setting, box_of(number(end))[0])[0].value.range for end in ends), key=arb.mid
         )
     except Undecided:
         return []  # there may be no value
@@ -100,7 +100,7 @@ def _continuous(setting: MapSetting, ends: Interval) -> bool:
     while waiting:
         low, high, left = waiting.pop()
         try:
-            (piece,) = step(setting, _jet(number(low).union(number(high))))
+            (piece,) = step(setting, box_of(number(low).union(number(high)))[0])
             proven = piece.value.gradient[0].is_finite()
         except Undecided:
             proven = False
@@ -111,10 +111,6 @@ def _continuous(setting: MapSetting, ends: Interval) -> bool:
             middle = (low + high) / 2
             waiting += [(low, middle, left - 1), (middle, high, left - 1)]
     return True
-
-
-def _jet(x: arb) -> Jet:
-    return variables([x.mid()], [x.rad()])[0]
 
 
 def _richest(covers: Graph) -> tuple[float, Indices, list[int]]:

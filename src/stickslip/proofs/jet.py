@@ -143,6 +143,11 @@ def variables(centres: Sequence[arb], radii: Sequence[arb]) -> list[Jet]:
     ]
 
 
+def box_of(*balls: arb) -> list[Jet]:
+    """Return the coordinates of the box of some balls."""
+    return variables([x.mid() for x in balls], [x.rad() for x in balls])
+
+
 def centre(x: Number) -> arb:
     """Value at the centre of the box."""
     found: arb = x if isinstance(x, arb) else x.centre

@@ -7,9 +7,8 @@ from typing import Any, Final
 
 from flint import arb
 
-from stickslip.proofs.events import Decision
 from stickslip.proofs.flow import Piece
-from stickslip.proofs.jet import Jet, variables
+from stickslip.proofs.jet import Jet, box_of
 from stickslip.proofs.newton import NoZero, zero
 from stickslip.proofs.power import Setting, step
 from stickslip.proofs.verify.words import rounded
@@ -27,7 +26,7 @@ def proven_jump(setting: Setting, near: arb, digits: int) -> dict[str, Any]:
         return [pieces[0].margin]
 
     (place,), _ = zero(margin, [near], RADII, target=arb(10) ** (-digits - 12))
-    (x,) = variables([place.mid()], [place.rad()])
+    (x,) = box_of(place)
     pieces = parted(step(setting, x, forks=1, at_touch=True))
     decision = pieces[0].decisions[-1]
     (rate,) = pieces[0].margin.gradient
@@ -44,7 +43,7 @@ def proven_jump(setting: Setting, near: arb, digits: int) -> dict[str, Any]:
         "right": rounded(values[1], digits),
         "itinerary_left": left.itinerary,
         "itinerary_right": right.itinerary,
-        "mechanism": mechanism(decision),
+        "mechanism": decision.mechanism,
     }
 
 
@@ -55,17 +54,6 @@ def parted(pieces: list[Piece]) -> list[Piece]:
     if len(pieces) != 2 or any(len(piece.decisions) != 1 for piece in pieces):
         raise Undecided("more than one question stays open there")
     return pieces
-
-
-def mechanism(decision: Decision) -> str:
-    """Say in words what happens at the breakpoint."""
-    who = " and ".join(map(str, decision.blocks))
-    return {
-        "graze": f"block {who} grazes the belt velocity",
-        "tie": f"the events of blocks {who} coincide",
-        "rest": f"block {who} comes to rest with its force exactly at the static limit",
-        "onset": "both blocks reach their static limits together at the onset",
-    }[decision.kind]
 
 
 @dataclass(frozen=True)
@@ -101,7 +89,7 @@ def _on_side(
         return [around.end - box[0], around.here.margin]
 
     found, _ = zero(equations, [near, value], COLLISION_RADII, target=arb(10) ** (-digits - 12))
-    box = variables([x.mid() for x in found], [x.rad() for x in found])
+    box = box_of(*found)
     closes, grazes = equations(box)
     rate = -closes.gradient[1] / closes.gradient[0]  # of the point along the orbit's branch
     speed = grazes.gradient[1] + grazes.gradient[0] * rate
@@ -117,7 +105,7 @@ def _on_side(
         "itinerary": around.words,
         "itinerary_beyond": around.beyond.itinerary,
         "exists": "below" if bool(speed * sign < 0) else "above",
-        "mechanism": mechanism(around.here.decisions[-1]),
+        "mechanism": around.here.decisions[-1].mechanism,
     }
 
 

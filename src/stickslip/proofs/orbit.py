@@ -8,7 +8,7 @@ from typing import Any, Final
 from flint import arb
 
 from stickslip.proofs.germ import Germ, germ
-from stickslip.proofs.jet import Jet, precision, variables
+from stickslip.proofs.jet import Jet, box_of, precision
 from stickslip.proofs.newton import nearer, zero
 from stickslip.proofs.power import MapSetting, Setting, step
 from stickslip.proofs.verify.words import rounded
@@ -52,7 +52,7 @@ def proven_orbit(
 
 def _contracts(setting: MapSetting, ball: arb, period: int) -> bool:
     """Whether f^period brings all points of a ball closer to each other."""
-    (x,) = variables([ball.mid()], [ball.rad()])
+    (x,) = box_of(ball)
     (value,) = closing(setting, period)([x])
     return bool(abs(value.gradient[0] + 1) < 1)
 
@@ -61,7 +61,7 @@ def _entries(
     setting: MapSetting, point: arb, period: int, digits: int, alone: str
 ) -> dict[str, Any]:
     """Describe an orbit whose existence near a point is proven."""
-    (x,) = variables([point.mid()], [point.rad()])
+    (x,) = box_of(point)
     points, words = [], []
     for _ in range(period):
         points.append(x.range)
@@ -96,7 +96,7 @@ def proven_critical(
 
     start = nearer(equations, [near, value], CRITICAL_RADII[0])
     found, _ = zero(equations, start, CRITICAL_RADII, target=arb(10) ** (-digits - 12))
-    box = variables([x.mid() for x in found], [x.rad() for x in found])
+    box = box_of(*found)
     with precision(4 * digits + FORM_BITS):
         starts, end, words = _round(setting, box, period, 1 if kind == "fold" else 3)
     points = [start.coefficients[0].range for start in starts]

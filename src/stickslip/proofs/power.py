@@ -14,7 +14,7 @@ from flint import arb
 
 from stickslip.proofs.flow import Piece, images
 from stickslip.proofs.germ import Germ, germ, like, principal
-from stickslip.proofs.jet import Jet, Number, variables
+from stickslip.proofs.jet import Jet, Number, box_of, variables
 from stickslip.proofs.system import System, decimal, law_of, number
 from stickslip.proofs.taylor import Falling
 from stickslip.proofs.verify.cover import WEIGHT
@@ -127,7 +127,7 @@ class Region:
         balls = [d]
         if self.span:
             balls.append(number(self.span[0]).union(number(self.span[1])))
-        x, *parameters = variables([b.mid() for b in balls], [b.rad() for b in balls])
+        x, *parameters = box_of(*balls)
         return x, parameters
 
     def entries(self) -> dict[str, Any]:

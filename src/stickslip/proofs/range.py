@@ -17,7 +17,7 @@ from typing import Any, Final, TypeAlias
 from flint import arb
 
 from stickslip.proofs.flow import Piece
-from stickslip.proofs.jet import outward, variables
+from stickslip.proofs.jet import box_of, outward
 from stickslip.proofs.power import FORKS, MapSetting, step
 from stickslip.proofs.system import number
 from stickslip.proofs.wave import Undecided
@@ -104,8 +104,7 @@ def _halves(part: Part) -> list[tuple[Span, ...]]:
 
 
 def _part(setting: MapSetting, box: tuple[Span, ...], depth: int) -> Part:
-    balls = [number(low).union(number(high)) for low, high in box]
-    d, *parameters = variables([b.mid() for b in balls], [b.rad() for b in balls])
+    d, *parameters = box_of(*(number(low).union(number(high)) for low, high in box))
     try:
         pieces = tuple(step(setting, d, parameters, forks=FORKS))
     except Undecided as error:

@@ -512,7 +512,7 @@ def check(document: Any) -> Certificate | CertificateOfFormulas:
                 check_horseshoe(_motion(c.system), c.theorem)
             case Expansion():
                 ctx.prec = WIDE_BITS
-                check_expansion(Motion(c.system), c.theorem)
+                check_expansion(c.system, c.theorem)
             case Fold():
                 _fold(c.system, c.theorem, c.digits)
             case Flip():

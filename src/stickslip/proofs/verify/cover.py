@@ -5,7 +5,7 @@ from __future__ import annotations
 import bisect
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import cache
+from functools import cached_property
 from typing import Final
 
 from flint import arb, arb_series
@@ -31,7 +31,7 @@ WEIGHT: Final = 8  # of the parameter's interval beside one of d: the wider one 
 COARSE: Final = 1e-2  # wider intervals are halved before possibilities are listed
 
 
-class _System:
+class System:
     """The motions of a system whose parameter lies between two values; or has one."""
 
     def __init__(
@@ -55,31 +55,37 @@ class _System:
         """Width of the span."""
         return self.span[1] - self.span[0] if self.span else Fraction(0)
 
-    def halves(self) -> tuple[_System, _System]:
+    @cached_property
+    def halves(self) -> tuple[System, System]:
         """Cut the span in two."""
         assert self.span
         low, high = self.span
         spans = (low, (low + high) / 2), ((low + high) / 2, high)
-        first, second = (_System(self._values, self._names, span) for span in spans)
+        first, second = (System(self._values, self._names, span) for span in spans)
         return first, second
 
     def step(self, d: arb) -> tuple[str, arb, arb]:
         """Return itinerary, value and derivative in d, for all d and parameters: one outcome."""
         word, value, slope = self.all.step(d)
+        if not self.span:
+            return word, value, slope
         centre = self.still.step(d.mid())[1]
-        if self.span:
-            _, push = self._varied.series(arb_series([d]))
-            centre = centre + push[1] * self.reach
+        _, push = self._varied.series(arb_series([d]))
+        centre = centre + push[1] * self.reach
         return word, value.intersection(centre + slope * (d - d.mid())), slope
 
-    def images(self, d: arb) -> list[arb]:
-        """Enclose all next values that are possible."""
+    def outcomes(self, d: arb) -> list[tuple[arb, arb]]:
+        """Enclose all next values that are possible, and slopes."""
         try:
-            return [self.step(d)[1]]
+            return [self.step(d)[1:]]
         except Refused:
             if d.rad() > COARSE:
                 raise
-            return [value for _, value, _ in self.all.outcomes(d)]
+            return [(value, slope) for _, value, slope in self.all.outcomes(d)]
+
+    def images(self, d: arb) -> list[arb]:
+        """Enclose all next values that are possible."""
+        return [value for value, _ in self.outcomes(d)]
 
 
 def check_curves(values: dict[str, str], names: tuple[str, ...], c: Curves) -> None:
@@ -87,7 +93,7 @@ def check_curves(values: dict[str, str], names: tuple[str, ...], c: Curves) -> N
     for branch in c.branches:
         check_branch(values, names, branch)
     low, high = map(fraction, c.range)
-    waiting = [(_System(values, names, (low, high)), FINEST)]
+    waiting = [(System(values, names, (low, high)), FINEST)]
     while waiting:
         system, left = waiting.pop()
         try:
@@ -95,10 +101,10 @@ def check_curves(values: dict[str, str], names: tuple[str, ...], c: Curves) -> N
         except Refused:
             if not left:
                 raise
-            waiting += [(half, left - 1) for half in system.halves()]
+            waiting += [(half, left - 1) for half in system.halves]
 
 
-def _complete(system: _System, c: Curves) -> None:
+def _complete(system: System, c: Curves) -> None:
     """Refuse unless, for all parameters of a system, the branches hold all orbits."""
     assert system.span
     orbits = []
@@ -128,7 +134,7 @@ def _complete(system: _System, c: Curves) -> None:
             waiting += halved(box)
 
 
-def _no_other(system: _System, box: arb, period: int, roots: list[arb]) -> bool:
+def _no_other(system: System, box: arb, period: int, roots: list[arb]) -> bool:
     """Whether an interval holds no orbit of a period besides those through some balls."""
     try:
         near = [root for root in roots if root.overlaps(box)]
@@ -149,8 +155,7 @@ def _no_other(system: _System, box: arb, period: int, roots: list[arb]) -> bool:
 def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> None:
     """Refuse unless each cell goes to what was proven before it, and this makes the shares."""
     span = (fraction(c.range[0]), fraction(c.range[1])) if c.range else None
-    system = _System(values, names, span)
-    halves = cache(_System.halves)
+    system = System(values, names, span)
     end = system.all.end
     for low, high in (*(a.interval for a in c.attractors), *(cell[:2] for cell in c.cells)):
         if not (-end <= enclosed(fraction(low)) and enclosed(fraction(high)) <= end):
@@ -158,18 +163,18 @@ def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> N
     covered = []
     for attractor in c.attractors:
         ends = fraction(attractor.interval[0]), fraction(attractor.interval[1])
-        _attracted(system, halves, attractor, ends)
+        _attracted(system, attractor, ends)
         covered.append(Union(*ends))
     for low, high, k in c.cells:
         ends = fraction(low), fraction(high)
 
-        def goes(system: _System, box: arb, union: Union = covered[k]) -> None:
+        def goes(system: System, box: arb, union: Union = covered[k]) -> None:
             if not all(union.holds(value) for value in system.images(box)):
                 raise Refused(
                     f"d = {box.str(12)} is not shown to be mapped into what is proven before it"
                 )
 
-        _everywhere(goes, system, halves, ends)
+        everywhere(goes, system, ends)
         covered[k].add(*ends)
     for union, attractor in zip(covered, c.attractors, strict=True):
         if not enclosed(union.length) >= 2 * end * enclosed(fraction(attractor.share)):
@@ -177,8 +182,7 @@ def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> N
 
 
 def _attracted(
-    system: _System,
-    halves: Callable[[_System], tuple[_System, _System]],
+    system: System,
     c: Attractor,
     ends: tuple[Fraction, Fraction],
 ) -> None:
@@ -186,7 +190,7 @@ def _attracted(
     inside = Union(*ends)
     passed: list[arb] = []
 
-    def contracts(system: _System, x: arb) -> None:
+    def contracts(system: System, x: arb) -> None:
         slope, points = arb(1), []
         for word in c.itinerary:
             points.append(x)
@@ -200,14 +204,13 @@ def _attracted(
             raise Refused("the interval is not mapped into itself")
         passed[:] = [a.union(b) for a, b in zip(passed, points, strict=True)] if passed else points
 
-    _everywhere(contracts, system, halves, ends)
+    everywhere(contracts, system, ends)
     check_apart(passed, "two points of the orbit are not told apart")
 
 
-def _everywhere(
-    test: Callable[[_System, arb], None],
-    system: _System,
-    halves: Callable[[_System], tuple[_System, _System]],
+def everywhere(
+    test: Callable[[System, arb], None],
+    system: System,
     ends: tuple[Fraction, Fraction],
 ) -> None:
     """Refuse what a test refuses on an interval of d, however finely it and the span are cut."""
@@ -220,7 +223,7 @@ def _everywhere(
             if not left:
                 raise
             if WEIGHT * system.width > high - low:
-                waiting += [(half, (low, high), left - 1) for half in halves(system)]
+                waiting += [(half, (low, high), left - 1) for half in system.halves]
             else:
                 middle = (low + high) / 2
                 waiting += [(system, pair, left - 1) for pair in ((low, middle), (middle, high))]

@@ -157,22 +157,23 @@ class Motion:
 
     def outcomes(self, d: arb | arb_series) -> Iterator[tuple[str, arb, arb]]:
         """Yield itinerary, next d and its derivative: all that is possible from a ball."""
+        for found, outcome in enumerate(self._outcomes(d)):
+            if found == MOST_OUTCOMES:
+                raise Refused("too much is possible from the ball")
+            yield outcome
+
+    def _outcomes(self, d: arb | arb_series) -> Iterator[tuple[str, arb, arb]]:
         # Below this step of time possibilities are listed: it is what a wide ball leaves open.
         self.shortest = (flat(d).rad() / 64).mid() + arb(2) ** (20 - ctx.prec // 2)
         x = d if isinstance(d, arb_series) else arb_series([d, 1])
         reach = (1 + self.alpha * x, self.limits[1] - (1 + self.alpha) * x)
         margin = flat(reach[1] - reach[0])
-        found = 0
         for block in (0, 1):
             if not (margin < 0 if block == 0 else margin > 0):
                 modes = (-1, 0) if block == 0 else (0, -1)
                 state = ([reach[block], reach[block] + x], [self.V, self.V], modes)
                 sure = bool(margin > 0 or margin < 0)
-                for outcome in self._follow(state, [], sure):
-                    found += 1
-                    if found > MOST_OUTCOMES:
-                        raise Refused("too much is possible from the ball")
-                    yield outcome
+                yield from self._follow(state, [], sure)
 
     def step(self, d: arb) -> tuple[str, arb, arb]:
         """Return the one outcome from a ball; the value by the mean value theorem."""

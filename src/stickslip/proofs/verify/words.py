@@ -356,14 +356,14 @@ class Basins(_Theorem, tag="basins", frozen=True, kw_only=True):
         )
 
 
+Weighted = tuple[Place, Place, Annotated[int, Meta(ge=1, le=HEAVIEST)]]  # ends and a weight
+
+
 class Horseshoe(_Theorem, tag="horseshoe", frozen=True, kw_only=True):
     """Intervals that the map takes over one another."""
 
     entropy: Place
-    intervals: Annotated[
-        list[tuple[Place, Place, Annotated[int, Meta(ge=1, le=HEAVIEST)]]],  # ends and a weight
-        Meta(min_length=1, max_length=MOST_INTERVALS),
-    ]
+    intervals: Annotated[list[Weighted], Meta(min_length=1, max_length=MOST_INTERVALS)]
 
     def __post_init__(self) -> None:
         """Refuse what no horseshoe is."""
@@ -388,10 +388,7 @@ class Expansion(_Theorem, tag="expansion", frozen=True, kw_only=True):
     """Intervals that the map takes into themselves, and in which it expands."""
 
     exponent: Place
-    intervals: Annotated[
-        list[tuple[Place, Place, Annotated[int, Meta(ge=1, le=HEAVIEST)]]],  # ends and a weight
-        Meta(min_length=1, max_length=MOST_CELLS),
-    ]
+    intervals: Annotated[list[Weighted], Meta(min_length=1, max_length=MOST_CELLS)]
 
     def __post_init__(self) -> None:
         """Refuse what does not expand."""
