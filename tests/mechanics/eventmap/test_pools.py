@@ -116,6 +116,33 @@ def test_random_unequal_blocks(kind, n):
     assert returned > 20 * n
 
 
+@pytest.mark.parametrize(
+    ("kind", "n"),
+    [("coulomb", 2), ("law9", 3), *(pytest.param(k, 60, marks=pytest.mark.slow) for k in LAWS)],
+)
+def test_derivatives_in_every_parameter(kind, n):
+    """Of equal and of unequal blocks, damped or not: those of the scalar engine."""
+    rng = np.random.default_rng(40 + n)
+    equal = [random_model(rng, "law9") for _ in range(n if kind == "law9" else 0)]
+    compared = 0
+    for model in [*equal, *random_models(kind, n, rng)]:
+        f = ss.event_map(model, threads=1, max_events=300, engine="adaptive")
+        assert isinstance(f._backend, PoolBackend)
+        d = model.sample_domain(40, rng)
+        single = one_at_a_time(f, d)
+        near = np.minimum(1.0, single.margin)
+        ok = (single.margin > DECIDED) & (single.status == OK)
+        steep = np.maximum(1.0, np.abs(single.derivative[:, 0]))
+        for name in f.parameters:
+            one, other = f.parameter_derivative(d, name), f._backend.scalar.parameter_slope(d, name)
+            scale = steep * np.maximum(1.0, np.abs(other))
+            growth = 1e-10 * scale + 1e-14 * scale / near**2
+            assert np.all(np.abs(one - other)[ok] <= growth[ok]), name
+            assert np.array_equal(np.isnan(one)[ok], np.isnan(other)[ok])
+            compared += ok.sum()
+    assert compared > 100 * n
+
+
 def test_matrices_of_any_symmetry():
     """Follower forces, dampers that feed, masses as a matrix: Structures whose inertias all rub."""
     rng = np.random.default_rng(8)

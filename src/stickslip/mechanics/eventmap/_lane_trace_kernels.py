@@ -363,6 +363,20 @@ def nearest_clearance(carried: Carried, b: Floats, base: np.uint64, lane: int, b
     return least if b[LOWEST + place] < math.inf else math.inf
 
 
+@kernel(inline=True, fused=True)
+def add_nearest(carried: Carried, b: Floats, base: np.uint64, block: int) -> None:
+    """Let the lobes of a block count, if any was found: they are few."""
+    place = np.uint64(block * LANES)
+    lobes = 0
+    for lane in range(LANES):
+        lobes += int(b[LOWEST + place + np.uint64(lane)] < math.inf)
+    if lobes > 0:
+        for lane in range(LANES):
+            k = base + np.uint64(lane)
+            lobe = nearest_clearance(carried, b, base, lane, block)
+            b[CLEARANCE + k] = smaller(b[CLEARANCE + k], lobe)
+
+
 @kernel(fused=True)
 def landing_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Clearances of slips of both blocks up to a landing: of this, and of lobes before."""
@@ -425,8 +439,6 @@ def landing_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
                 b[AT_GAP_PULL + i] = gap_pull
             look_back(carried, b, base, 0, float(piece))
             look_back(carried, b, base, 1, float(piece))
-        for lane in range(LANES):
-            k = base + np.uint64(lane)
-            margin = smaller(b[CLEARANCE + k], nearest_clearance(carried, b, base, lane, 0))
-            b[CLEARANCE + k] = smaller(margin, nearest_clearance(carried, b, base, lane, 1))
+        add_nearest(carried, b, base, 0)
+        add_nearest(carried, b, base, 1)
         base += STEP

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.lanes.stub import step_both, step_one, tangent_both, tangent_one
     from stickslip.mechanics.friction.interface import force
 
+    CHANGING = False  # whether tangents go with a parameter, not with the start
+
 # From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
 # steps, which are smaller there, grow more than those of the start.
 LONG = 16
@@ -168,6 +170,12 @@ def onset(pair: Floats, motion: Motion, d: float) -> bool:
         motion.tangent_w[first, column] = motion.tangent_w[rider, column] = 0.0
         motion.tangent_e[first, column] = 0.0
         motion.tangent_e[rider, column] = pair[at.GAIN + rider]
+        if CHANGING:
+            changes = pair[at.CHANGE :]
+            motion.tangent_e[first, column] = pair[at.SIDE + first] * changes[at.LIMIT + first]
+            motion.tangent_e[rider, column] = (
+                changes[at.BASE + rider] + changes[at.GAIN + rider] * d
+            )
     return abs(lead) > TIE * EPSILON * (abs(pair[at.BASE + 1]) + abs(gained) + limit)
 
 
@@ -293,15 +301,18 @@ def settle(pair: Floats, laws: Floats, motion: Motion, block: int) -> float:
     signal_rate = rate if event == LANDING else loading
     transversal = abs(signal_rate) > 8.0 * EPSILON * pair[at.LIMIT + block]
     loading_other = loading_rate(pair, motion.w, other, rate_other, rate)
+    end = 0.0
+    if CHANGING and event != LANDING:
+        end = pair[at.CHANGE + at.LIMIT + block] * (1.0 if event == AT_UPPER_LIMIT else -1.0)
     for column in range(motion.tangent_w.shape[1]):
         changes = motion.tangent_w if event == LANDING else motion.tangent_e
-        shift = -changes[block, column] / signal_rate if transversal else 0.0
+        shift = (end - changes[block, column]) / signal_rate if transversal else 0.0
         motion.tangent_w[block, column] = 0.0
         motion.tangent_e[block, column] += loading * shift
         motion.tangent_w[other, column] += rate_other * shift
         motion.tangent_e[other, column] += loading_other * shift
         if event != LANDING:
-            motion.tangent_e[block, column] = 0.0
+            motion.tangent_e[block, column] = end
     motion.w[block] = 0.0
     if event == LANDING:
         outside = BACKWARD if motion.e[block] > 0.0 else FORWARD
@@ -341,8 +352,8 @@ def finish(
     clock: Clock,
 ) -> None:
     """Note a return to global stick."""
-    value = difference(pair, motion.e[0], motion.e[1]) - pair[at.SHIFT]
-    outputs.value[row] = value / pair[at.DETERMINANT]
+    value = (difference(pair, motion.e[0], motion.e[1]) - pair[at.SHIFT]) / pair[at.DETERMINANT]
+    outputs.value[row] = value
     outputs.duration[row] = clock.duration
     outputs.n_events[row] = n_events
     outputs.label[row] = label
@@ -350,6 +361,10 @@ def finish(
     outputs.status[row] = OK
     for column in range(motion.tangent_e.shape[1]):
         slope = difference(pair, motion.tangent_e[0, column], motion.tangent_e[1, column])
+        if CHANGING:
+            changes = pair[at.CHANGE :]
+            slope += difference(changes, motion.e[0], motion.e[1])
+            slope -= changes[at.SHIFT] + value * changes[at.DETERMINANT]
         outputs.derivative[row, column] = slope / pair[at.DETERMINANT]
 
 
@@ -420,27 +435,32 @@ def write_signal(pools: Pools, pool: int, lane: int, k: int) -> None:
 @kernel(inline=True)
 def state_at(pools: Pools, pool: int, lane: int, t: float) -> None:
     """Set ``pools.motion`` to the state at a time inside a lane's last step."""
-    taken, motion, drift = pools.taken, pools.motion, pools.numbers[pool, at.DRIFT : at.DRIFT + 2]
+    taken, motion, pair = pools.taken, pools.motion, pools.numbers[pool]
     first = 1 if pool == 1 else 0
     second = 1 - first
-    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.SERIES_1, at.SERIES_2)
+    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.SERIES_1, at.SERIES_2, 0)
     motion.w[first], motion.w[second] = w_1, w_2
-    motion.e[first] = taken[at.FORCE_1_BEFORE + lane] + (drift[0] * t + gained_1)
-    motion.e[second] = taken[at.FORCE_2_BEFORE + lane] + (drift[1] * t + gained_2)
+    motion.e[first] = taken[at.FORCE_1_BEFORE + lane] + (pair[at.DRIFT] * t + gained_1)
+    motion.e[second] = taken[at.FORCE_2_BEFORE + lane] + (pair[at.DRIFT + 1] * t + gained_2)
     if motion.tangent_w.shape[1] == 0:
         return
-    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.D_SERIES_1, at.D_SERIES_2)
+    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.D_SERIES_1, at.D_SERIES_2, 0)
     motion.tangent_w[first, 0], motion.tangent_w[second, 0] = w_1, w_2
+    if CHANGING:
+        drift = pair[at.CHANGE + at.DRIFT : at.CHANGE + at.DRIFT + 2]
+        _, _, more_1, more_2 = moved(pools, pool, lane, t, at.SERIES_1, at.SERIES_2, at.CHANGE)
+        gained_1 += drift[0] * t + more_1
+        gained_2 += drift[1] * t + more_2
     motion.tangent_e[first, 0] = taken[at.D_FORCE_1_BEFORE + lane] + gained_1
     motion.tangent_e[second, 0] = taken[at.D_FORCE_2_BEFORE + lane] + gained_2
 
 
 @kernel(inline=True)
 def moved(
-    pools: Pools, pool: int, lane: int, t: float, row_1: int, row_2: int
+    pools: Pools, pool: int, lane: int, t: float, row_1: int, row_2: int, numbers: int
 ) -> tuple[float, float, float, float]:
     """Relative velocities at a time inside a step, and how they have changed the forces."""
-    x, taken, pair = pools.x[pool], pools.taken, pools.numbers[pool]
+    x, taken, pair = pools.x[pool], pools.taken, pools.numbers[pool, numbers:]
     sign = x[at.SIGN_1 + lane]
     w_1, path_1 = sum_and_integral(pools.reciprocals, taken, row_1 + lane, t)
     faster_1 = sign * (w_1 - taken[row_1 + lane])

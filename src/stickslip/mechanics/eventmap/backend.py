@@ -76,10 +76,16 @@ class ScalarBackend:
         """Values at each d, and slopes."""
         return self._carried(d, self._start_directions if slope else self.no_directions, watch)
 
+    def carry_along(self, d: Floats, name: str, watch: bool = False) -> Outputs:
+        """Values and derivatives in a parameter; in the start if it is "d", or none if it is ""."""
+        if name in ("", "d"):
+            return self.carry(d, slope=name == "d", watch=watch)
+        directions = self.engine.along(self.model, name)
+        return self._carried(d, directions, watch, self._section_along(name))
+
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        directions = self.engine.along(self.model, name)
-        return self._carried(d, directions, section=self._section_along(name)).derivative[..., 0]
+        return self.carry_along(d, name).derivative[..., 0]
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1, ...) from their first entries on."""

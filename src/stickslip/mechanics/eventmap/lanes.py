@@ -24,12 +24,12 @@ from stickslip.mechanics.flow.lanes.layout import (
     ORDER,
     PLACES,
 )
-from stickslip.mechanics.flow.lanes.pair import coulomb_pair
-from stickslip.mechanics.flow.lanes.text import lane_kernels
+from stickslip.mechanics.flow.lanes.pair import coulomb_pair, pair_changes
+from stickslip.mechanics.flow.lanes.text import changing_kernels, lane_kernels
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, VELOCITY, new_motion
 from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.friction.interface import STATIC_COLUMN
-from stickslip.mechanics.friction.series import LawSeries
+from stickslip.mechanics.friction.series import LawSeries, law_series
 from stickslip.numerics.targets import config, instantiate, launch
 from stickslip.numerics.vector import LANES
 
@@ -264,9 +264,6 @@ class EqualLaneBackend(LaneBackend):
         return instantiate(template, engine.key, **bindings)
 
 
-STEPS = ("step_one", "step_both", "tangent_one", "tangent_both")
-
-
 def new_pools(n_columns: int, laws: Floats, size: int) -> Pools:
     """Arrays of empty pools."""
     return Pools(
@@ -314,29 +311,38 @@ class PoolBackend(BatchBackend):
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
-        orbits = np.empty((d.size, 2))
-        orbits[:, 0], orbits[:, 1] = d, math.nan
-        outputs = self._advanced(orbits, slope=slope, watch=watch)
-        return outputs._replace(value=orbits[:, 1])
+        return self._carried(d, "d" if slope else "", watch)
+
+    def parameter_slope(self, d: Floats, name: str) -> Floats:
+        """df/d(name) at each d."""
+        owners = self.scalar.model.law_parameters.get(name, ())
+        absent = any(own_name in self.series.absent for _, own_name in owners)
+        return (self._whole if absent else self)._carried(d, name).derivative[:, 0]
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""
         self._advanced(orbits)
 
-    def _advanced(self, orbits: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
+    def _carried(self, d: Floats, along: str, watch: bool = False) -> Outputs:
+        orbits = np.empty((d.size, 2))
+        orbits[:, 0], orbits[:, 1] = d, math.nan
+        outputs = self._advanced(orbits, along, watch)
+        return outputs._replace(value=orbits[:, 1])
+
+    def _advanced(self, orbits: Floats, along: str = "", watch: bool = False) -> Outputs:
         """Fill the rows of `orbits`; return what is known of their last motions."""
-        scalar = self.scalar
-        outputs = new_outputs((len(orbits),), int(slope))
+        scalar, outputs = self.scalar, new_outputs((len(orbits),), int(along != ""))
         filled = np.zeros(len(orbits), dtype=np.int64)
+        driver = self._driver if along in ("", "d") else self._changing_driver
 
         def task(start: int, stop: int) -> None:
-            self._driver.advance_orbits(
+            driver.advance_orbits(
                 scalar.engine.laws,
                 orbits,
                 filled,
                 start,
                 stop,
-                self.pools(int(slope)),
+                self.pools(along),
                 scalar.controls,
                 watch,
                 outputs,
@@ -348,7 +354,7 @@ class PoolBackend(BatchBackend):
             (rows,) = (outputs.status == HANDED_OVER).nonzero()
             if rows.size == 0:
                 return outputs
-            carried = scalar.carry(orbits[rows, filled[rows]], slope=slope, watch=watch)
+            carried = scalar.carry_along(orbits[rows, filled[rows]], along, watch)
             for kept, found in zip(outputs, carried, strict=True):
                 kept[rows] = found
             filled[rows] += 1
@@ -365,26 +371,50 @@ class PoolBackend(BatchBackend):
         return found and Lanes(*found, self.scalar.controls.max_events)
 
     @cached_property
+    def _whole(self) -> PoolBackend:
+        """The same with all parameters of the law, those that are zero too."""
+        series = law_series(self.scalar.model.laws, whole=True)
+        assert series is not None
+        return PoolBackend(self.scalar, self.numbers, series)
+
+    @cached_property
     def _steps(self) -> ModuleType:
         return lane_kernels(self.series, damped=self.damped)
 
     @cached_property
     def _driver(self) -> ModuleType:
-        """Kernels bound to the law and its steps."""
+        """Kernels bound to the law and its steps, for slopes."""
+        return self._driver_with(self._steps, changing=False)
+
+    @cached_property
+    def _changing_driver(self) -> ModuleType:
+        """The same for derivatives in parameters."""
+        return self._driver_with(changing_kernels(self.series), changing=True)
+
+    def _driver_with(self, tangents: ModuleType, *, changing: bool) -> ModuleType:
         code = self.scalar.engine.code
         return instantiate(
             "stickslip.mechanics.eventmap._pool_kernels",
-            f"{code.key}-{self.series.key}-{self.damped}",
+            f"{code.key}-{self.series.key}-{self.damped}" + "-changing" * changing,
             force=code.force,
-            **{name: getattr(self._steps, name) for name in STEPS},
+            CHANGING=changing,
+            **{name: getattr(self._steps, name) for name in ("step_one", "step_both")},
+            **{name: getattr(tangents, name) for name in ("tangent_one", "tangent_both")},
         )
 
-    def pools(self, n_columns: int) -> Pools:
-        """Pools for this thread, with the numbers of this model."""
-        laws = self.scalar.model.laws
-        held: dict[int, Pools] = held_for(self.series.key, laws).__dict__.setdefault("pools", {})
-        if n_columns not in held:
-            rows = self.series.rows(laws)
-            held[n_columns] = new_pools(n_columns, rows, self._steps.SIZE)
-        held[n_columns].numbers[:] = self.numbers
-        return held[n_columns]
+    def pools(self, along: str) -> Pools:
+        """Pools for this thread, with the numbers of this model; `along`: what tangents go with."""
+        model = self.scalar.model
+        held: dict[str, Pools] = held_for(self.series.key, model.laws).__dict__.setdefault(
+            "pools", {}
+        )
+        if along not in held:
+            changes: list[dict[str, float]] = [{}, {}]
+            for block, own_name in model.law_parameters.get(along, ()):
+                changes[block][own_name] = 1.0
+            rows = self.series.rows(model.laws, changes)
+            held[along] = new_pools(int(along != ""), rows, self._steps.SIZE)
+        held[along].numbers[:] = self.numbers
+        if along in model.numbers:
+            held[along].numbers[:] += pair_changes(model.moved_plant(along))
+        return held[along]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 
 import numpy as np
@@ -16,40 +16,48 @@ from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.numerics.expression import derivative, evaluate
 from stickslip.numerics.series import Scalars, SeriesText
 
-# Columns of a parameter row: F(0), the parameters, constants made of them.
+# Columns of a parameter row: F(0), the parameters, their changes, constants made of both.
 STATIC_COLUMN, PARAMETER_COLUMN = 0, 1
 
 
 @dataclass(frozen=True)
 class LawSeries:
-    """Text of the series of a symmetric law's force, and after it of its slope."""
+    """Text of the series of a symmetric law's force, after it of its slope and of its change."""
 
     key: str
     force: SeriesText
     slope: SeriesText
-    scalars: Scalars  # of both; constants are the last columns of `rows`
+    change: SeriesText  # of the force at a given speed, with the parameters' changes
+    change_row: int
+    scalars: Scalars  # of all; constants are the last columns of `rows`
+    absent: tuple[str, ...] = ()  # parameters that are zero, and left out
 
-    def rows(self, laws: Sequence[FrictionLaw]) -> NDArray[np.float64]:
+    def rows(
+        self, laws: Sequence[FrictionLaw], changes: Sequence[Mapping[str, float]] = ()
+    ) -> NDArray[np.float64]:
         """Return the parameter rows ``p`` of laws with this formula, one for each block."""
         graph, constants = self.scalars.graph, self.scalars.constants
         table = []
-        for law in laws:
+        for law, change in zip(laws, changes or [{}] * len(laws), strict=True):
             values = {name: np.float64(value) for name, value in law.arguments.items()}
+            values |= {_changed(name): np.float64(change.get(name, 0.0)) for name in law.arguments}
             more = quietly(evaluate, graph, constants, values)
             table.append([law.static_value(), *values.values(), *more])
         return np.array(table, dtype=np.float64)
 
 
 @lru_cache(maxsize=16)
-def law_series(laws: tuple[FrictionLaw, ...]) -> LawSeries | None:
+def law_series(laws: tuple[FrictionLaw, ...], *, whole: bool = False) -> LawSeries | None:
     """Series of laws that are one smooth symmetric formula; None for others."""
-    # Optional parameters that are zero in all of them are left out where recurrences go with them.
+    # Optional parameters that are zero in all of them are left out where recurrences go with them,
+    # unless the formula is wanted whole.
     formula, *others = {law.formula for law in laws}
     if any(law.knots for law in laws):
         return None
     if others or not isinstance(formula, TracedFormula) or not formula.symmetric:
         return None
-    absent = [name for name in _optional(laws[0]) if all(law.arguments[name] == 0 for law in laws)]
+    optional = [] if whole else _optional(laws[0])
+    absent = [name for name in optional if all(law.arguments[name] == 0 for law in laws)]
     return _shortest_series(formula, tuple(absent))
 
 
@@ -67,12 +75,19 @@ def _shortest_series(formula: TracedFormula, absent: tuple[str, ...]) -> LawSeri
         formula_without = formula.without([name])
         without = _series_of(formula_without)
         if without.force.n_recurrences < series.force.n_recurrences:
-            formula, series = formula_without, without
+            formula = formula_without
+            series = replace(without, absent=(*series.absent, name))
     return series
 
 
+def _changed(name: str) -> str:
+    """Symbol of a parameter's change: no parameter has a name like it."""
+    return f"{name}'"
+
+
 def _series_of(formula: TracedFormula) -> LawSeries:
-    columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(formula.parameters)}
+    names = [*formula.parameters, *map(_changed, formula.parameters)]
+    columns = {name: PARAMETER_COLUMN + j for j, name in enumerate(names)}
     graph = formula.graph()
     scalars = Scalars(graph, columns, PARAMETER_COLUMN + len(columns))
     s = graph.symbol("s")
@@ -80,5 +95,16 @@ def _series_of(formula: TracedFormula) -> LawSeries:
     slope = derivative(force, s)
     series = SeriesText(scalars, {FORCE_ROW: force.number}, {s.number: SPEED_ROW}, SLOPE_ROW + 1)
     tangent = SeriesText(scalars, {SLOPE_ROW: slope.number}, series.rows, series.next_row)
-    text = "\n".join([*series.start, *series.advance, *tangent.start, *tangent.advance])
-    return LawSeries(hashlib.sha256(text.encode()).hexdigest()[:16], series, tangent, scalars)
+    change = graph.constant(0.0)
+    for name in formula.parameters:
+        by_parameter = derivative(force, graph.symbol(name))
+        change = change + by_parameter * graph.symbol(_changed(name))
+    seen = "\n".join([*tangent.start, *tangent.advance])
+    known = {node: row for node, row in tangent.rows.items() if f"rows[{row}, " in seen}
+    row = tangent.next_row
+    gained = SeriesText(
+        scalars, {row: change.number}, {**known, s.number: SPEED_ROW}, first_row=row + 1
+    )
+    lines = [*series.start, *series.advance, seen, *gained.start, *gained.advance]
+    key = hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
+    return LawSeries(key, series, tangent, gained, row, scalars)

@@ -90,5 +90,6 @@ HANDED_OVER = -1
     BELT,
     SHIFT,
     DETERMINANT,
-    NUMBERS,  # size of the row
+    CHANGE,  # from here on how all these change with the tangent's direction
 ) = (*range(0, 28, 2), *range(28, 34))
+NUMBERS = 2 * CHANGE  # size of the row

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.mechanics.flow._lane_kernels import CoulombConstants, Pair, constants_at, slip_at
 from stickslip.mechanics.flow.lanes import layout
+from stickslip.mechanics.model.plant import TINY
 
 if TYPE_CHECKING:
     from stickslip.mechanics.model.plant import Plant
@@ -20,9 +21,44 @@ def pair_numbers(plant: Plant) -> Floats | None:
     # Forces over the masses: docs/theory/blocks.md, "Arrays of two blocks".
     if not plant.rubs_as_one or plant.n_contacts != 2 or plant.n_waves:
         return None
-    # Plain floats: a map is made at every value of a parameter that is looked at.
-    orders = ((0, 1), (1, 0))
-    mass = (plant.mass if plant.mass.ndim == 1 else plant.mass.diagonal()).tolist()
+    found = _smooth_numbers(plant)
+    V = found[layout.BELT]
+    if found[layout.DETERMINANT] == 0.0 or V == 0.0:
+        return None
+    energy = np.linalg.inv(plant.stiffness).tolist()
+    mass = _masses(plant)
+    for i, j in ORDERS:
+        lone = found[layout.DRIFT + i] > 0.0 and found[layout.DRAG + i] == 0.0
+        found[layout.LONE + i] = found[layout.CROSS + i] if lone else math.nan
+        found[layout.MASS + i] = mass[i]
+        found[layout.SPRING + i] = mass[i] * energy[i][i] * mass[i]
+        found[layout.SIDE + i] = _side(found[layout.DRIFT + i])
+        # A block that no common displacement loads stays until the other leaves.
+        if not found[layout.DRIFT + j]:
+            found[layout.BASE + i] = found[layout.SIDE + i] * math.inf
+    found[layout.SPRING_BOTH] = 2.0 * (mass[0] * energy[0][1] * mass[1])
+    found[layout.FLOOR] = V * V * min(mass) if plant.dissipates else -math.inf
+    row = np.zeros(layout.NUMBERS)
+    for place, number in found.items():
+        row[place] = number
+    return _in_orders(row)
+
+
+def pair_changes(moved: Plant) -> Floats:
+    """Return the changes of `pair_numbers` with a number of the plant, moved by ``TINY`` i."""
+    row = np.zeros(layout.NUMBERS)
+    for place, number in _smooth_numbers(moved).items():
+        row[layout.CHANGE + place] = number.imag / TINY
+    return _in_orders(row)
+
+
+ORDERS = ((0, 1), (1, 0))
+
+
+def _smooth_numbers(plant: Plant) -> dict[int, Any]:
+    """Numbers of the first row that depend smoothly on those of the plant, by place."""
+    # Plain numbers: a map is made at every value of a parameter that is looked at.
+    mass = _masses(plant)
     stiff, damp = (
         [[entry / m for entry in row] for row, m in zip(matrix.tolist(), mass, strict=True)]
         for matrix in (plant.stiffness, plant.damping)
@@ -31,42 +67,45 @@ def pair_numbers(plant: Plant) -> Floats | None:
         [force / m for force, m in zip(forces.tolist(), mass, strict=True)]
         for forces in (plant.static, plant.standing)
     )
-    V, load = float(plant.V[0]), [sum(row) for row in stiff]
-    determinant = load[0] * stiff[1][1] - load[1] * stiff[0][1]
-    if determinant == 0.0 or V == 0.0:
-        return None
-    drift = [V * force for force in load]
-    side = [math.copysign(1.0, force) if force else 0.0 for force in drift]
-    energy = np.linalg.inv(plant.stiffness).tolist()
-    # A block that no common displacement loads stays until the other leaves.
-    ratio = [load[i] / load[j] if load[j] else 0.0 for i, j in orders]
-    row = np.zeros(layout.NUMBERS)
-    for i, j in orders:
-        lone = drift[i] > 0.0 and damp[i][j] == 0.0
-        base = ratio[i] * (side[j] * limit[j] - drag[j]) + drag[i]
-        for place, number in {
-            layout.LIMIT: limit[i],
-            layout.STIFF: stiff[i][i],
-            layout.CROSS: stiff[i][j],
-            layout.DAMP: damp[i][i],
-            layout.DRAG: damp[i][j],
-            layout.DRIFT: drift[i],
-            layout.LONE: stiff[i][j] if lone else math.nan,
-            layout.MASS: mass[i],
-            layout.SPRING: mass[i] * energy[i][i] * mass[i],
-            layout.SIDE: side[i],
-            layout.BASE: base if load[j] else side[i] * math.inf,
-            layout.GAIN: stiff[i][1] - ratio[i] * stiff[j][1],
-            layout.SHARE: (-load[1], load[0])[i],
-        }.items():
-            row[place + i] = number
-    row[layout.SPRING_BOTH] = 2.0 * (mass[0] * energy[0][1] * mass[1])
-    row[layout.FLOOR] = V * V * min(mass) if plant.dissipates else -math.inf
-    row[layout.BELT] = V
-    row[layout.SHIFT] = load[0] * drag[1] - load[1] * drag[0]
-    row[layout.DETERMINANT] = determinant
-    pairs = row[: layout.SPRING_BOTH].reshape(-1, 2)[:, ::-1].ravel()
-    return np.array([row, [*pairs, *row[layout.SPRING_BOTH :]], row])
+    V, load = plant.V.tolist()[0], [sum(row) for row in stiff]
+    side = [_side(V * force) for force in load]
+    found = {
+        layout.BELT: V,
+        layout.SHIFT: load[0] * drag[1] - load[1] * drag[0],
+        layout.DETERMINANT: load[0] * stiff[1][1] - load[1] * stiff[0][1],
+    }
+    for i, j in ORDERS:
+        ratio = load[i] / load[j] if load[j] else 0.0
+        found |= {
+            layout.LIMIT + i: limit[i],
+            layout.STIFF + i: stiff[i][i],
+            layout.CROSS + i: stiff[i][j],
+            layout.DAMP + i: damp[i][i],
+            layout.DRAG + i: damp[i][j],
+            layout.DRIFT + i: V * load[i],
+            layout.BASE + i: ratio * (side[j] * limit[j] - drag[j]) + drag[i],
+            layout.GAIN + i: stiff[i][1] - ratio * stiff[j][1],
+            layout.SHARE + i: (-load[1], load[0])[i],
+        }
+    return found
+
+
+def _masses(plant: Plant) -> list[Any]:
+    return list((plant.mass if plant.mass.ndim == 1 else plant.mass.diagonal()).tolist())
+
+
+def _side(drift: Any) -> float:
+    """Limit at which a force ends a global stick phase: upper 1, lower -1."""
+    return math.copysign(1.0, drift.real) if drift else 0.0
+
+
+def _in_orders(row: Floats) -> Floats:
+    """Rows in the orders of the pools: both numbers of a pair change places in the second."""
+    turned = row.copy()
+    for first in (0, layout.CHANGE):
+        pairs = turned[first : first + layout.SPRING_BOTH].reshape(-1, 2)
+        pairs[:] = pairs[:, ::-1].copy()
+    return np.array([row, turned, row])
 
 
 def coulomb_pair(

@@ -10,10 +10,11 @@ from collections.abc import Iterable
 from functools import partial
 from textwrap import dedent, indent
 from types import ModuleType
+from typing import Any
 
 from stickslip.mechanics.flow.lanes import layout
 from stickslip.mechanics.friction.series import STATIC_COLUMN, LawSeries
-from stickslip.numerics.series import Lines, SeriesText, indented
+from stickslip.numerics.series import Lines, indented
 from stickslip.numerics.targets import generated_module
 from stickslip.numerics.unrolling import unrolled
 from stickslip.numerics.vector import LANES
@@ -239,7 +240,31 @@ if k == 0:
     loading = sign_{i} * d_force_{i}
 else:
     loading = {loading}
+{moved}
 next_{i} = (-c[LIMIT + {i}] * (1.0 / (k + 1))) * changed - loading
+"""
+# With a parameter the equations change, too: the force's part of -L' F is (L' / L) (s' + sign e).
+D_MOVED_START = """
+rows{i}[0, ORDER] = load(taken, SERIES_{n} + ORDER * LANES)
+scaled_{i} = c[CHANGE + LIMIT + {i}] / c[LIMIT + {i}]
+"""
+D_MOVED_NUMBER = """
+left_{name}_{i} = scaled_{i} * c[{name} + {i}] - c[CHANGE + {name} + {i}]
+"""
+D_MOVED = """
+y{i}[k + 1] = rows{i}[0, k] * (1.0 / (k + 1))
+changed = changed + rows{i}[{row}, k]
+loading = loading - scaled_{i} * rows{i}[0, k + 1]
+if k == 0:
+    loading = loading - scaled_{i} * (sign_{i} * load(taken, FORCE_{n}_BEFORE))
+else:
+    loading = loading - ({left})
+    if k == 1:
+        loading = loading - sign_{i} * (0.5 * left_DRIFT_{i})
+"""
+D_MOVED_END = """
+path_{i} = polynomial(h, {integrals}) * h
+faster_{i} = sign_{i} * (load(x, SPEED_{n}) - rows{i}[0, 0])
 """
 D_STORE = """
 d{i}[k + 1] = next_{i}
@@ -293,23 +318,32 @@ store(taken, FLAG, load(taken, FLAG) + select(extreme, 16.0, 0.0))
 ARGUMENTS = "x, taken, p, q, c, log_rtol"
 
 
-def lanes_text(series: SeriesText, tangent: SeriesText, *, damped: bool) -> str:
+def lanes_text(series: LawSeries, *, damped: bool) -> str:
     """Write the module of the four kernels for one law."""
-    writer = _Writer(series, tangent, damped)
+    writer = _Writer(series, damped)
     steps = [writer.step(n) for n in (1, 2)] + [writer.tangent(n) for n in (1, 2)]
     return "\n".join([HEADER, f"SIZE = {writer.size}\n", *steps])
+
+
+def changing_text(series: LawSeries) -> str:
+    """Write the module of the tangents with a parameter's change, which may be a damper's."""
+    writer = _Writer(series, damped=True, changing=True)
+    return "\n".join([HEADER, *(writer.tangent(n) for n in (1, 2))])
 
 
 class _Writer:
     """Fills the templates above with the text of a law's series."""
 
-    def __init__(self, series: SeriesText, tangent: SeriesText, damped: bool) -> None:
-        self.law, self.law_tangent, self.damped = series, tangent, damped
-        text = "\n".join(tangent.start + tangent.advance)
+    def __init__(self, series: LawSeries, damped: bool, changing: bool = False) -> None:
+        self.law, self.damped, self.changing = series.force, damped, changing
+        self.law_tangent = [series.slope, *[series.change] * changing]
+        self.change_row = series.change_row
+        text = "\n".join(series.slope.start + series.slope.advance)
         written = set(re.findall(r"^ *rows\[(\d+), [0k]\] =", text, re.MULTILINE))
         read = set(re.findall(r"rows\[(\d+), ", text))
         self.kept_rows = sorted(map(int, read - written - {"0"}))
-        self.calls = _calls(series.start) + _calls(tangent.start)
+        starts = series.force.start + series.slope.start + series.change.start
+        self.calls = sorted(set(_calls(starts)))
         self.size = layout.LAW_ROWS + LANES * 2 * (
             len(self.kept_rows) * layout.ORDER + len(self.calls)
         )
@@ -347,41 +381,63 @@ class _Writer:
     def tangent(self, n: int) -> str:
         """Kernel `tangent_one` or `tangent_both`."""
         blocks = range(n)
+        start = [line for series in self.law_tangent for line in series.start]
+        onward = [line for series in self.law_tangent for line in series.advance]
         advance = _joined(
             _filled(
                 D_COEFFICIENT,
                 i,
-                start=self._start(self.law_tangent.start, i),
-                advance=_of_block(self.law_tangent.advance, i),
+                start=self._start(start, i),
+                advance=_of_block(onward, i),
                 loading=self._loading("z{i}[k]", "d{i}[k]", i, n),
+                moved=self._if_changing(D_MOVED, i, row=self.change_row, left=self._left(i, n)),
             )
             for i in blocks
         ) + _joined(_filled(D_STORE, i) for i in blocks)
+        known = [_filled(KNOWN, i) + self._moved_numbers(i) for i in blocks]
         body = (D_ONE if n == 1 else D_BOTH).format(
-            known=_joined(_filled(KNOWN, i) for i in blocks) + self._rows(KNOWN_ROW, n),
+            known=_joined(known) + self._rows(KNOWN_ROW, n),
             coefficients=indent(advance, "    "),
-            ends=_joined(_filled(D_END, i) for i in blocks),
+            ends=_joined(_filled(D_END, i) + self._if_changing(D_MOVED_END, i) for i in blocks),
             damping=self._if_damped(D_ONE_DAMPING),
-        ) + D_FINISH.format(forces=self._forces("d_force_{i}", n))
+        ) + D_FINISH.format(forces=self._forces("d_force_{i}", n, self.changing))
         name = f"tangent_{'one' if n == 1 else 'both'}"
-        return self._kernel(name, self.law_tangent.start, "taken[SERIES_{n} + lane]", body, n)
+        return self._kernel(name, start, "taken[SERIES_{n} + lane]", body, n)
+
+    def _if_changing(self, template: str, i: int, **parts: Any) -> str:
+        return _filled(template, i, **parts) if self.changing else ""
+
+    def _moved_numbers(self, i: int) -> str:
+        """Numbers of the equations' change: what scaling the limit leaves of it."""
+        names = ["STIFF", "CROSS", "DRIFT"] + ["DAMP", "DRAG"] * self.damped
+        each = [self._if_changing(D_MOVED_NUMBER, i, name=name) for name in names]
+        return self._if_changing(D_MOVED_START, i) + _joined(each)
+
+    def _left(self, i: int, n: int) -> str:
+        return self._loading("y{i}[k]", "rows{i}[0, k]", i, n, "left_{name}_{i}")
 
     def _if_damped(self, text: str) -> str:
         return text if self.damped else ""
 
-    def _loading(self, integral: str, speed: str, i: int, n: int) -> str:
+    def _loading(
+        self, integral: str, speed: str, i: int, n: int, number: str = "c[{name} + {i}]"
+    ) -> str:
         """Coefficient k of sign e over k + 1, from the speeds and their integrals."""
         pairs = [("STIFF", "CROSS", integral)]
         pairs += [("DAMP", "DRAG", speed)] if self.damped else []
-        terms = [f"(c[{own} + {i}] * (1.0 / (k + 1))) * {of.format(i=i)}" for own, _, of in pairs]
+
+        def scaled(name: str) -> str:
+            return f"{number.format(name=name, i=i)}{{}} * (1.0 / (k + 1))"
+
+        terms = [f"({scaled(own).format('')}) * {of.format(i=i)}" for own, _, of in pairs]
         if n == 2:
             terms += [
-                f"(c[{other} + {i}] * unlike * (1.0 / (k + 1))) * {of.format(i=1 - i)}"
+                f"({scaled(other).format(' * unlike')}) * {of.format(i=1 - i)}"
                 for _, other, of in pairs
             ]
         return " + ".join(terms)
 
-    def _forces(self, start: str, n: int) -> str:
+    def _forces(self, start: str, n: int, changing: bool = False) -> str:
         """Write the forces at the end, from what speeds and their integrals have gained."""
         lines = []
         for i in range(2):
@@ -391,6 +447,10 @@ class _Writer:
                     stiff, damp = ("STIFF", "DAMP") if i == j else ("CROSS", "DRAG")
                     text += f" + sign_{j} * (c[{stiff} + {i}] * integral_{j})"
                     text += self._if_damped(f" + c[{damp} + {i}] * gained_{j}")
+                    if changing:
+                        text += f" + sign_{j} * (c[CHANGE + {stiff} + {i}] * path_{j})"
+                        text += self._if_damped(f" + c[CHANGE + {damp} + {i}] * faster_{j}")
+            text += f" + c[CHANGE + DRIFT + {i}] * h" if changing else ""
             lines.append(text)
         return _joined(lines)
 
@@ -484,5 +544,9 @@ def _written_out(body: str) -> Lines:
 def lane_kernels(series: LawSeries, *, damped: bool = False) -> ModuleType:
     """Make ``step_one``, ``step_both``, ``tangent_one``, ``tangent_both`` and ``SIZE``."""
     key = f"{series.key}_damped" if damped else series.key
-    text = partial(lanes_text, series.force, series.slope, damped=damped)
-    return generated_module("lanes", key, text)
+    return generated_module("lanes", key, partial(lanes_text, series, damped=damped))
+
+
+def changing_kernels(series: LawSeries) -> ModuleType:
+    """Make ``tangent_one`` and ``tangent_both`` with a parameter's change."""
+    return generated_module("changing", series.key, partial(changing_text, series))
