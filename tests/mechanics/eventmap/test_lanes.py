@@ -123,6 +123,14 @@ def test_lanes_tell_it_beside_breakpoints(system):
     assert_told_alike(system, d[np.abs(d) < system.domain[1]], max_events=100)
 
 
+def test_times_and_margins_are_told_without_slopes_too():
+    f = ss.event_map(model(**PAPER), threads=1)
+    d = starts(model(**PAPER), 600)
+    told, alone = (f._backend.carry(d, slope=slope, watch=True) for slope in (True, False))
+    for field in ("value", "duration", "n_events", "label", "margin", "status"):
+        assert np.array_equal(getattr(told, field), getattr(alone, field)), field
+
+
 def test_what_is_told_does_not_depend_on_what_else_is_asked():
     for system in (model(**LONG), model(**PAPER | {"mu": 0.0})):
         f = ss.event_map(system, max_events=300, threads=1)

@@ -336,7 +336,7 @@ def carry_block(
         n_two = n_freed + n_crossing
         load_constants(carried.rows, index, WHO_TWO, n_two, start, OF_STARTS, b)
         start_pass(carried, b, n_two)
-        streams = TWO_ALL if slopes else TWO_VALUES
+        streams = TWO_ALL if slopes or traced else TWO_VALUES
         n_ended = slip_together(carried, b, index, n_two, start, streams)
         load_constants(carried.rows, index, WHO_END, n_ended, start, OF_LANDINGS, b)
         landing_pass(carried, b, n_ended)

@@ -340,7 +340,7 @@ def bottom_step(
     low = low if f_1 < 0.0 else t
     ahead = t + step
     middle = 0.5 * (low + high)
-    return ahead if low < ahead and ahead < high else middle, low, high, f - 0.5 * f_1 * step, step
+    return ahead if low <= ahead and ahead <= high else middle, low, high, f - 0.5 * f_1 * step, step
 
 
 @kernel(inline=True, fused=True)

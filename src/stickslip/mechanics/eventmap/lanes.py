@@ -174,13 +174,14 @@ class LaneBackend(BatchBackend):
             passed = np.flatnonzero(np.isnan(values) | (told.margin < 0.0))
         outputs = (told or new_outputs((0,), 0))._replace(value=values, derivative=slopes[:, None])
         if passed.size > 0:
-            exact = self.scalar.carry(d[passed], slope=slope, watch=watch)
             served = ~np.isnan(values[passed])
+            missed = slope and not served.all()
+            exact = self.scalar.carry(d[passed], slope=missed, watch=watch)
             exact.value[served] = values[passed[served]]
-            if slope:
+            if missed:
                 exact.derivative[served, 0] = slopes[passed[served]]
             for kept, found in zip(outputs, exact, strict=True):
-                if kept.size > 0:
+                if kept.size > 0 and found.size > 0:
                     kept[passed] = found
         return outputs
 
