@@ -123,6 +123,12 @@ def test_lanes_tell_it_beside_breakpoints(system):
     assert_told_alike(system, d[np.abs(d) < system.domain[1]], max_events=100)
 
 
+def test_a_forward_slip_past_its_crest_frees_no_rider():
+    """Its rider's force only grows; where the speed was greater before, lanes let it go."""
+    system = model(3.5496057596530566, 1.528928043352203, 0.060795301940578486, 0.17362328135621927)
+    assert_agree(system, np.linspace(-0.16206, -0.16204, 400), 100)
+
+
 def test_times_and_margins_are_told_without_slopes_too():
     f = ss.event_map(model(**PAPER), threads=1)
     d = starts(model(**PAPER), 600)

@@ -262,7 +262,7 @@ def dip(
     slip: Slip, gap: float, rate: float, end: float, time: float, gain: float
 ) -> tuple[float, float, float, float]:
     """Fall of the rider's force in a forward slip: (begin, its gain there, end, gain there)."""
-    # Both times are 0 where the slip is never faster than `turning`.
+    # Both times are 0 where the slip never becomes faster than `turning`: past its crest, too.
     fast = slip.turning
     square = rate * rate + (gap - fast) * (slip.stiffness * (gap + fast) + 2.0 * slip.loading)
     bound = math.sqrt(square if square > 0.0 else 0.0)
@@ -277,7 +277,7 @@ def dip(
     last = time - rest * slip.unit
     high = slip.ride_time * first - slip.ride_force * (rate - leaving)
     low = gain - (slip.ride_time * (time - last) - slip.ride_force * (end - bound))
-    falls = square > 0.0
+    falls = square > 0.0 and (gap >= fast or rate > 0.0)
     return (
         first if falls else 0.0,
         high if falls else 0.0,
