@@ -55,10 +55,11 @@ check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory budgets
 	@$(MAKE) --no-print-directory test
 
-# What takes too long for every change: tests marked slow, then random systems against the oracles.
+# What takes too long for every change: tests marked slow, the others with many random examples, then
+# random systems against the oracles.
 # Counts are added to docs/evidence.csv; every run takes other systems.
 evidence: $(STAMPS)/dev
-	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m slow
+	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m "slow or hypothesis" --hypothesis-profile many
 	$(PY) -m tests.acceptance.evidence coulomb --n 20000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.evidence steppers --n 2000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.evidence grazing --kind coulomb --n 200 --breakpoints 2 \
