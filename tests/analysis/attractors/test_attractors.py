@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.analysis.known_maps import (
     border_collision,
@@ -15,6 +15,7 @@ from tests.analysis.known_maps import (
     tent,
     tent_with_hole,
 )
+from tests.sizes import tries
 
 from stickslip import Coulomb, TwoBlock, examples
 from stickslip.analysis.attractors.attractors import attractors, attractors_of
@@ -189,7 +190,7 @@ def test_coexisting_chaotic_attractors():
     assert right[0, 1] == pytest.approx(top, abs=EDGE)
 
 
-@settings(max_examples=15)
+@tries(6, 40)
 @given(slope=st.floats(1.05, 1.99))
 def test_bands_map_onto_themselves(slope):
     f = tent(slope)
@@ -258,7 +259,7 @@ def test_interpolation_shows_what_the_map_shows(f):
     check_both_ways(f)
 
 
-@settings(max_examples=15)
+@tries(4, 40)
 @given(
     alpha=st.floats(0.1, 3),
     beta=st.floats(0.5, 2),

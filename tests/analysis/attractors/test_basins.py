@@ -201,7 +201,7 @@ def random_system(seed):
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in range(2, 100))]
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 100))]
 )
 def test_random_systems_agree_with_brute_force(seed):
     """Shares of 1000 starts that are iterated, against proved and sampled shares."""

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from tests.analysis.known_maps import logistic
+from tests.sizes import tries
 
 from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.attractors.recurrence import (
@@ -21,7 +22,7 @@ from stickslip.analysis.attractors.recurrence import (
 MOVED = 0.02
 
 
-@settings(max_examples=40)
+@tries(15, 100)
 @given(r=st.floats(2.95, 4.0), start=st.floats(0.1, 0.9), steps=st.integers(150, 600))
 def test_cycles_that_do_not_repel_are_never_left_out(r, start, steps):
     f = logistic(r)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.sizes import tries
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Meeting
@@ -44,7 +45,7 @@ def beside(p, width=0.03):
     return p - width, p + 0.9 * width
 
 
-@settings(max_examples=6)
+@tries(2, 12)
 @given(slope=st.floats(0.1, 0.8), beyond=st.floats(-0.9, 0.9), jump=st.floats(0.2, 0.7))
 def test_a_symmetric_orbit_meets_both_jumps_at_once(slope, beyond, jump):
     f = odd_map(slope, beyond, jump)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.analysis import known_maps as examples
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.explain import concerned_orbits
@@ -93,7 +94,7 @@ def assert_explained(f, survey, name, pairs):
         assert +expected == +found, (low, high)
 
 
-SEEDS = (3, 104, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (5, 108)))
+SEEDS = (104, *slow(3, 5, 108))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
