@@ -99,7 +99,7 @@ clean:
 # ---------------------------------------------------------------- what `check` is made of
 
 test-kernels: $(STAMPS)/dev
-	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m kernel \
+	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m "kernel and not slow" \
 		-n $(JOBS) --dist worksteal -q
 
 test-all: $(STAMPS)/dev

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from tests.mechanics.cycle.test_return_map import drawn
 from tests.mechanics.flow.systems import random_model
+from tests.sizes import sizes
 
 import stickslip as ss
 from stickslip.errors import NoCycleError
@@ -88,20 +89,22 @@ def check_map(f: Any, point: Any, widest: float) -> int:
     return judged
 
 
+@pytest.mark.parametrize(("n", "least"), sizes((2, 15), (6, 60)))
 @pytest.mark.parametrize("law", ["coulomb", "law9"])
-def test_event_maps(law: str) -> None:
+def test_event_maps(law: str, n: int, least: int) -> None:
     rng, judged = np.random.default_rng(31), 0
-    for _ in range(6):
+    for _ in range(n):
         f: Any = ss.event_map(random_model(rng, law), max_events=300)
         for d in rng.uniform(*f.domain, 3):
             judged += check_map(f, d, 1e-3)
-    assert judged > 60
+    assert judged > least
 
 
+@pytest.mark.parametrize(("n", "least", "steep"), sizes((1, 15, 2), (4, 60, 20)))
 @pytest.mark.parametrize("law", ["coulomb", "law9"])
-def test_event_maps_next_to_their_breaks(law: str) -> None:
+def test_event_maps_next_to_their_breaks(law: str, n: int, least: int, steep: int) -> None:
     rng, judged, steepest = np.random.default_rng(32), 0, 0.0
-    for _ in range(4):
+    for _ in range(n):
         f: Any = ss.event_map(random_model(rng, law), max_events=300)
         breaks = [found.d for found in ss.breakpoints(f)]
         inner = [d for d in breaks if f.domain[0] < d < f.domain[1]]
@@ -109,32 +112,35 @@ def test_event_maps_next_to_their_breaks(law: str) -> None:
             for near in (side * distance for side in (-1, 1) for distance in NEAR):
                 judged += check_map(f, d + near, abs(near) / 5)
                 steepest = max(steepest, size(f.derivative(d + near)))
-    assert judged > 60
-    assert steepest > 20
+    assert judged > least
+    assert steepest > steep
 
 
-def test_maps_of_chains() -> None:
+@pytest.mark.parametrize(("n", "least"), sizes((2, 7), (4, 15)))
+def test_maps_of_chains(n: int, least: int) -> None:
     rng, judged = np.random.default_rng(33), 0
-    for _ in range(4):
+    for _ in range(n):
         law = ss.Stribeck(mu=rng.uniform(0.3, 0.6), speed=rng.uniform(0.2, 0.5))
         static, alpha, V = rng.uniform(0.8, 1.3, 3), rng.uniform(0.3, 2), rng.uniform(0.03, 0.2)
         f: Any = ss.event_map(ss.Chain(static=static, alpha=alpha, V=V, friction=law))
         judged += check_map(f, rng.uniform(-0.2, 0.2, 2), 1e-3)
-    assert judged > 15
+    assert judged > least
 
 
-def test_return_maps_of_random_structures() -> None:
+@pytest.mark.parametrize(("n", "least"), sizes((3, 7), (16, 40)))
+def test_return_maps_of_random_structures(n: int, least: int) -> None:
     judged = 0
-    for seed in range(200, 216):
+    for seed in range(200, 200 + n):
         if (case := drawn(seed)) is not None:
             f, start, _, _ = case
             judged += check_map(f, start, min(1e-3, 0.02 * f.evaluate(start).margin))
-    assert judged > 40
+    assert judged > least
 
 
-def test_return_maps_of_shaken_blocks_next_to_their_breaks() -> None:
+@pytest.mark.parametrize("n", sizes(1, 2))
+def test_return_maps_of_shaken_blocks_next_to_their_breaks(n: int) -> None:
     rng, judged = np.random.default_rng(35), 0
-    for _ in range(2):
+    for _ in range(n):
         forcing = ss.Harmonic(amplitude=rng.uniform(0.25, 0.35), frequency=rng.uniform(0.4, 0.5))
         law = ss.Coulomb(mu=rng.uniform(0.3, 0.5))
         model = ss.Oscillator(
@@ -145,7 +151,7 @@ def test_return_maps_of_shaken_blocks_next_to_their_breaks() -> None:
         for d in rng.permutation(jumps)[:2]:
             for near in (-1e-3, -1e-5, 1e-5, 1e-3):
                 judged += check_map(f, d + near, abs(near) / 5)
-    assert judged > 20
+    assert judged > 10 * n
 
 
 def cycles() -> Iterator[Any]:

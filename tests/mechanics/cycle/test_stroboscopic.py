@@ -108,6 +108,7 @@ def test_labels_tell_the_events_of_a_period() -> None:
     assert len(told) == len(set(labels.tolist()))
 
 
+@pytest.mark.slow  # in every run: events along the amplitude, test_attractors_of_forced_blocks.py
 def test_the_corner_of_a_forced_block_where_one_orbit_becomes_three() -> None:
     """At a frequency of 0.586135: all orbits, and two folds beside it, are located."""
     block = BLOCK.replace(damping=0.05, **{"forcing.frequency": 0.586})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.sizes import slow
 
 import stickslip as ss
 
@@ -71,7 +72,8 @@ def test_what_turns_freely_is_told_its_speed_by_structures_in_positions_too() ->
     assert fast.x[0] - fast.x[1] == pytest.approx(law.force(fast.w[0]) / 2.0, rel=1e-13)
 
 
-def test_a_drill_string_sticks_and_slips_with_and_without_its_angle() -> None:
+@pytest.mark.parametrize("followed", [1, *slow(2)])
+def test_a_drill_string_sticks_and_slips_with_and_without_its_angle(followed: int) -> None:
     """Turning goes on for ever: a cycle comes back but for the common angle."""
     law = ss.Stribeck(mu=0.5, speed=0.5)
     upper, lower, k, b, torque = 0.5, 0.04, 0.08, 2.0, 5.0
@@ -99,11 +101,9 @@ def test_a_drill_string_sticks_and_slips_with_and_without_its_angle() -> None:
     turned = ends[1] - ends[0]
     assert turned[0] == pytest.approx(turned[1], rel=1e-12)
     assert turned[0] > 1.0
-    curves = [
-        ss.follow(cycle, "force_1", (1.5, 40.0)),
-        ss.follow(same, "a_2", (3.0, 80.0)),
-    ]
-    for curve, name, unit in zip(curves, ("force_1", "a_2"), (1.0, upper), strict=True):
+    ways = [(cycle, "force_1", (1.5, 40.0), 1.0), (same, "a_2", (3.0, 80.0), upper)]
+    for start, name, ends, unit in ways[:followed]:
+        curve = ss.follow(start, name, ends)
         # It lands at the limit and meets the cycle that never sticks, which ends at rest.
         assert curve.end_reasons == ("end of range", "vanishes")
         assert [event.kind for event in curve.bifurcations] == ["landing", "hopf"]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits
@@ -92,22 +93,31 @@ def test_exponents_are_those_of_plain_iteration_of_differences():
 # ------------------------------------------------------------------ along a parameter
 
 
-@pytest.fixture(scope="module")
-def events():
-    """Flips, a fold and border collisions of periods 1 and 2."""
-    return ss.bifurcations(CHAIN, "V", (0.116, 0.13), max_period=2, n_lists=2, n_starts=32)
+FEW = ((0.1295, 0.13), {"max_period": 1, "n_lists": 1, "n_starts": 16})
+ALL = ((0.116, 0.13), {"max_period": 2, "n_lists": 2, "n_starts": 32})
+
+
+@pytest.fixture(scope="module", params=[FEW, *slow((ALL,))], ids=["few", "all"])
+def events(request):
+    """A border collision; flips, a fold and border collisions of periods 1 and 2."""
+    ends, how = request.param
+    return ss.bifurcations(CHAIN, "V", ends, **how)
+
+
+@pytest.mark.parametrize("events", slow((ALL,)), indirect=True, ids=["all"])
+def test_everything_is_there(events):
+    """Two orbits begin and end with others at jumps, where lists of few starts do not show them."""
+    assert {"fold", "flip", "border_collision"} == {item.kind for item in events}
+    assert len(events) == 9
+    coverage = events.coverage
+    assert (coverage.n_lists, coverage.n_starts, coverage.new) == (2, 32, 0)
+    assert 0 < coverage.again <= coverage.known
 
 
 def test_everything_is_located(events):
-    """Two orbits begin and end with others at jumps, where lists of few starts do not show them."""
     found = events
     assert found.unresolved == found.outside == ()
     assert {item.quality for item in found} == {"located"}
-    assert {"fold", "flip", "border_collision"} == {item.kind for item in found}
-    assert len(found) == 9
-    coverage = found.coverage
-    assert (coverage.n_lists, coverage.n_starts, coverage.new) == (2, 32, 0)
-    assert 0 < coverage.again <= coverage.known
     for item in found:
         assert item.error < 1e-11
         if item.kind == "border_collision":
@@ -121,7 +131,7 @@ def test_everything_is_located(events):
             )
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("events", slow((ALL,)), indirect=True, ids=["all"])
 def test_orbits_of_a_diagram_begin_and_end_in_what_is_located(events):
     diagram = ss.bifurcation_diagram(CHAIN, "V", (0.116, 0.13, 29), max_period=2, n_lists=2)
     values = np.array([item.value for item in events])
@@ -138,8 +148,9 @@ def test_orbits_of_a_diagram_begin_and_end_in_what_is_located(events):
 def test_a_grazing_is_where_the_margin_of_the_orbit_vanishes(events):
     """From the side of the slip the margin is linear, from that of the stick its square."""
     found = [item for item in events if "grazes" in item.mechanism]
-    assert [item.block for item in found] == [3, 2]
-    for item, power in zip(found, (1, 2), strict=True):
+    assert [item.block for item in found] in ([3, 2], [2])
+    for item in found:
+        power = {3: 1, 2: 2}[item.block]
         (orbit,) = item.orbits_before + item.orbits_after
         way, off = (1.0 if item.orbits_after else -1.0), 1e-8
         margins = []
@@ -153,6 +164,7 @@ def test_a_grazing_is_where_the_margin_of_the_orbit_vanishes(events):
     assert all((margin >= 0.0).all() and margin.max() > 1e-3 for margin in borders)
 
 
+@pytest.mark.slow
 def test_a_law_that_starts_at_the_static_limit_has_borders_that_change_nothing():
     """An orbit passes changes of its modes: they are told, and are no bifurcations."""
     law = CHAIN.replace(friction=ss.PoppStelter(gamma=3.0))

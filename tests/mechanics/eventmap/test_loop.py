@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.sizes import sizes
 
 from stickslip.mechanics.eventmap.loop import Loop, excess, row_norm
 
@@ -23,10 +24,11 @@ def random_turn(rng, n, radius):
     return turn * radius / np.abs(np.linalg.eigvals(turn)).max()
 
 
-def test_straight_turns_that_contract_stay_within_the_room_they_are_given():
+@pytest.mark.parametrize("n_turns", sizes(80, 800))
+def test_straight_turns_that_contract_stay_within_the_room_they_are_given(n_turns):
     rng = np.random.default_rng(1)
     verdicts = []
-    for _ in range(400):
+    for _ in range(n_turns):
         n, radius = rng.integers(1, 6), 1 - 10 ** rng.uniform(-2.5, -0.1)
         turn, earlier = random_turn(rng, n, radius), rng.normal(size=n)
         moved = turn @ earlier

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 from tests.mechanics.flow.systems import LAW_OF, random_model
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.mechanics.flow._exact_kernels import new_work, watch_both
@@ -30,10 +31,11 @@ def breakpoints(f, grid: int):
         yield adjacent_floats(f, d[i], d[i + 1])
 
 
-@pytest.mark.parametrize("stepper", ["exact", "taylor"])  # collocation shares Taylor's `dense`
-def test_the_margin_vanishes_on_both_sides_of_every_breakpoint(stepper):
+# Collocation shares Taylor's `dense`.
+@pytest.mark.parametrize(("stepper", "n"), [("exact", 2), ("taylor", 2), *slow(("exact", 20))])
+def test_the_margin_vanishes_on_both_sides_of_every_breakpoint(stepper, n):
     rng = np.random.default_rng(31)
-    models = [random_model(rng, LAW_OF[stepper]) for _ in range(2 if stepper != "exact" else 6)]
+    models = [random_model(rng, LAW_OF[stepper]) for _ in range(n)]
     if stepper == "exact":
         models.append(ss.examples.coulomb())
     if stepper == "taylor":

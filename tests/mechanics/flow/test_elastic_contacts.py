@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from tests.reference.elastic import Elastic, random_elastic
 from tests.reference.structures import LAWS
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.mechanics.cycle.shooting import Shooter, State
@@ -188,13 +189,14 @@ def check_against_plain(seed: int, **kind) -> None:  # type: ignore[no-untyped-d
 
 
 BATCHES = [
-    pytest.param(first, marks=[pytest.mark.slow] * (first > 0)) for first in range(0, 240, 20)
+    range(8),
+    *slow(range(8, 20), *(range(k, k + 20) for k in range(20, 240, 20))),
 ]
 
 
-@pytest.mark.parametrize("first", BATCHES)
-def test_random_structures_move_as_a_plain_integration_says(first: int) -> None:
-    for seed in range(first, first + 20):
+@pytest.mark.parametrize("seeds", BATCHES)
+def test_random_structures_move_as_a_plain_integration_says(seeds: range) -> None:
+    for seed in seeds:
         check_against_plain(seed)
 
 
