@@ -1,6 +1,11 @@
-"""What doctests may take for granted."""
+"""What doctests may take for granted, and how the libraries below NumPy run in all tests."""
 
+import os
 from importlib.util import find_spec
+
+# Before NumPy is loaded. Matrices are small: threads of BLAS only wait, at full load, for each
+# other and for the other workers.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
