@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from tests.sizes import slow
 
 pytest.importorskip("flint", reason="needs the extra 'certify'")
 
@@ -70,7 +71,8 @@ def test_each_step_stays_and_grows_by_the_weights_in_floating_point():
         (lambda d: d["intervals"].reverse(), "order"),
         (lambda d: d["intervals"].append(d["intervals"][-1]), "order"),
         (lambda d: d["intervals"][-1].__setitem__(1, "0.5"), "domain"),
-        (lambda d: d["intervals"][-1].__setitem__(1, "0.31"), "stay|expand"),
+        # Far out, where many pieces are enclosed before one is refused.
+        *slow((lambda d: d["intervals"][-1].__setitem__(1, "0.31"), "stay|expand")),
         (lambda d: d["intervals"][0].__setitem__(2, 10**18), "expand"),
         (lambda d: [row.__setitem__(2, 1) for row in d["intervals"]], "expand"),
         (lambda d: d["system"].update(gamma_1="3"), "system"),
