@@ -110,14 +110,14 @@ def test_laws_known_by_values_share_kernels():
         assert mixed.force(row, -1, 0.5) == function(0.5, 0.8)
 
 
-def failing(s):
+def failing(s, a):
     if s > 11:
         raise ValueError("never measured")
-    return 1 / (1 + s)
+    return 1 / (1 + a * s)
 
 
 def test_what_a_law_raises_in_a_motion_arrives():
-    law = friction_law(failing)
+    law = friction_law(failing, parameters={"a": 1.0})
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=15.0, friction=law)
     with pytest.raises(ValueError, match="never measured"):
         ss.event_map(model)(0.1)
