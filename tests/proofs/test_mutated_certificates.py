@@ -27,15 +27,15 @@ from stickslip.proofs.verify.check import check
 from stickslip.proofs.verify.words import Refused
 
 DIGITS = 8
-FAST, MANY = 250, 3000  # mutants of each kind
+FAST, MANY = 100, 3000  # mutants of each kind
 LONGEST = {"own list": 8}  # of its orbits; the check of longer ones takes minutes
 SLOW = {
-    "horseshoe": 10,
-    "list": 30,
-    "border": 30,
+    "horseshoe": 3,
+    "list": 10,
+    "border": 10,
     "lost": 12,
     "curves": 12,
-    "basins": 15,
+    "basins": 5,
     "expansion": 15,
 }  # each takes seconds
 
