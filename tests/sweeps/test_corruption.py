@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.sizes import sizes
 
 import stickslip as ss
 from stickslip.cli import main
@@ -110,22 +111,29 @@ def told_and_mended(store, whole, damaged, capsys):
     assert ss.open_sweep(store).attrs["done"] == 2
 
 
-def test_a_damaged_file_of_a_store_is_made_again(whole, tmp_path, capsys):
+EACH = sizes(5, 1)  # one of so many, in turn
+
+
+@pytest.mark.parametrize("each", EACH)
+def test_a_damaged_file_of_a_store_is_made_again(whole, tmp_path, capsys, each):
     store = tmp_path / "x"
-    for name in contents(whole):
-        damages = [truncate, empty, lengthen, Path.unlink, *flips(whole / name)]
-        for damage in damages:
-            shutil.copytree(whole, store)
-            damage(store / name)
-            told_and_mended(store, whole, [name], capsys)
-            shutil.rmtree(store)
+    damages = [
+        (name, damage)
+        for name in contents(whole)
+        for damage in (truncate, empty, lengthen, Path.unlink, *flips(whole / name))
+    ]
+    for name, damage in damages[::each]:
+        shutil.copytree(whole, store)
+        damage(store / name)
+        told_and_mended(store, whole, [name], capsys)
+        shutil.rmtree(store)
 
 
-def test_files_of_a_store_that_were_swapped_are_made_again(whole, tmp_path, capsys):
+@pytest.mark.parametrize("each", EACH)
+def test_files_of_a_store_that_were_swapped_are_made_again(whole, tmp_path, capsys, each):
     store, known = tmp_path / "x", contents(whole)
-    for one, other in itertools.combinations(known, 2):
-        if known[one] == known[other]:
-            continue
+    pairs = itertools.combinations(known, 2)
+    for one, other in [pair for pair in pairs if known[pair[0]] != known[pair[1]]][::each]:
         shutil.copytree(whole, store)
         (store / one).write_bytes(known[other])
         (store / other).write_bytes(known[one])
@@ -163,11 +171,13 @@ def test_a_tile_of_another_sweep_is_found(whole, tmp_path):
     assert contents(store) == contents(whole)
 
 
-def test_a_damaged_zip_file_is_made_again_or_refused_by_its_name(whole, tmp_path, capsys):
+@pytest.mark.parametrize("each", EACH)
+def test_a_damaged_zip_file_is_made_again_or_refused_by_its_name(whole, tmp_path, capsys, each):
     plan, packed = str(whole.parent / "plan.toml"), tmp_path / "x.zip"
     assert main(["sweep", plan, "--store", str(packed)]) == 0
     content, chance, made = packed.read_bytes(), random.Random(23), []
-    for place in [*range(0, len(content), 211), *chance.sample(range(len(content)), 15)]:
+    places = [*range(0, len(content), 211), *chance.sample(range(len(content)), 15)]
+    for place in places[::each]:
         flipped = bytes([content[place] ^ chance.randrange(1, 256)])
         for damaged in (content[:place], content[:place] + flipped + content[place + 1 :]):
             packed.write_bytes(damaged)

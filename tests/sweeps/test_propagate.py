@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.sizes import sizes
 
 import stickslip as ss
 
@@ -15,8 +16,9 @@ def threshold(model: Any) -> float:
     return float(ss.equilibria(model)[0].hopf_points[0].V)
 
 
-def test_a_threshold_is_that_of_its_closed_form_and_absent_where_there_is_none() -> None:
-    damping = np.random.default_rng(1).normal(1.4, 0.2, size=50)
+@pytest.mark.parametrize("n", sizes(10, 50))
+def test_a_threshold_is_that_of_its_closed_form_and_absent_where_there_is_none(n: int) -> None:
+    damping = np.random.default_rng(1).normal(1.5, 0.3, size=n)
     found = ss.propagate(BLOCK, {"damping": damping}, threshold)
     # F' = -c: V = speed log((1 - mu) / (c speed)), as long as it is positive.
     with np.errstate(invalid="ignore"):
@@ -33,10 +35,11 @@ def test_a_threshold_is_that_of_its_closed_form_and_absent_where_there_is_none()
     assert list(found.table()) == ["damping", "quantity"]
 
 
-def test_a_share_of_a_basin_is_that_of_its_closed_form() -> None:
+@pytest.mark.parametrize("n", sizes(10, 50))
+def test_a_share_of_a_basin_is_that_of_its_closed_form(n: int) -> None:
     # x^2 / c: orbits from above c leave the domain, the others come to 0.
     f = ss.PiecewiseMap(lambda x, c: x * x / c, (0.0, 1.0), parameters={"c": 0.5})
-    c = np.random.default_rng(2).uniform(0.3, 0.7, size=50)
+    c = np.random.default_rng(2).uniform(0.3, 0.7, size=n)
     found = ss.propagate(
         f, {"c": c}, ss.observables.CoexistingAttractors(n_starts=256), variable="left_share"
     )
