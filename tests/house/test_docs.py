@@ -18,6 +18,8 @@ from stickslip.cli import main
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 SCRIPTS = sorted([*(DOCS / "tutorials").glob("*.py"), *(DOCS / "gallery").glob("*.py")])
+# Ten seconds and more; tests/proofs and tests/identification ask the same in every run.
+LONG = {"proven_basins", "proven_branches", "measured-laws"}
 NEEDS_A_GPU = {"gpu.md"}
 PAGES = [
     page
@@ -36,7 +38,14 @@ def elsewhere(tmp_path, monkeypatch):
     plt.close("all")
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def each(paths):
+    return [
+        pytest.param(path, marks=[pytest.mark.slow] * (path.stem in LONG), id=path.stem)
+        for path in paths
+    ]
+
+
+@pytest.mark.parametrize("script", each(SCRIPTS))
 def test_a_tutorial_or_picture_runs_and_draws(script, elsewhere):
     exec(compile(small(script.read_text()), script.name, "exec"), {})
     assert plt.get_fignums()
@@ -49,7 +58,7 @@ def test_every_tutorial_and_picture_has_its_place_in_the_order_of_reading():
     assert sorted(places) == sorted(script.stem for script in SCRIPTS)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("page", each(PAGES))
 def test_the_python_of_a_page_runs(page, elsewhere):
     needed = {"jax.md": "jax", "pytorch.md": "torch"}.get(page.name)
     if needed:
