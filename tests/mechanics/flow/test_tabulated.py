@@ -91,7 +91,7 @@ def test_free_slips_follow_an_independent_integration():
     assert motion.x(t_end)[0] == pytest.approx(y[0], abs=ORACLE)
 
 
-@pytest.mark.parametrize("law", [TABLE, (TABLE, VALUES)])
+@pytest.mark.parametrize("law", [TABLE, pytest.param((TABLE, VALUES), marks=pytest.mark.slow)])
 def test_slopes_are_those_of_differences(law):
     f = ss.event_map(two_blocks(law))
     result = f.evaluate(D)
@@ -110,6 +110,7 @@ def test_two_blocks_are_a_chain_of_two():
     np.testing.assert_allclose(g(D), f(D), rtol=0, atol=ROUNDING)
 
 
+@pytest.mark.slow  # two sets of kernels that no other test needs
 def test_steppers_agree():
     """The same table where the other block's law has no series: collocation against series."""
     f, g = (ss.event_map(two_blocks((TABLE, law))) for law in (VALUES, FORMULA))
