@@ -18,8 +18,11 @@ from stickslip.cli import main
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 SCRIPTS = sorted([*(DOCS / "tutorials").glob("*.py"), *(DOCS / "gallery").glob("*.py")])
-# Ten seconds and more; tests/proofs and tests/identification ask the same in every run.
-LONG = {"proven_basins", "proven_branches", "measured-laws"}
+# Many seconds each, of kernels or of questions that tests of the package ask in every run.
+LONG = {
+    *("proven_basins", "proven_branches", "measured-laws", "measured_friction"),
+    *("own_law", "own_map", "reading_a_bifurcation"),
+}
 NEEDS_A_GPU = {"gpu.md"}
 PAGES = [
     page
