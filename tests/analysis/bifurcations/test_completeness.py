@@ -206,12 +206,12 @@ def test_where_breaks_accumulate_less_is_resolved_and_the_list_says_so():
         label=lambda x, mu: 1 + np.floor(turns(x)).astype(np.uint64),
     )
     assert len(ss.breakpoints(f)) > 300
-    found = bifurcations(f, "mu", (0.3, 0.31), max_period=1)
+    found = bifurcations(f, "mu", (0.3, 0.31), max_period=1, n_lists=3)
     (told,) = found.unresolved
     assert "breaks accumulate: lists are complete above 1e-06" in told.reason
     assert (told.lo, told.hi) == found.range
     # What happens, happens between 0.2 and 0.5, where there are few breaks.
-    alone = bifurcations(f, "mu", (0.3, 0.31), max_period=1, window=(0.2, 0.5))
+    alone = bifurcations(f, "mu", (0.3, 0.31), max_period=1, window=(0.2, 0.5), n_lists=3)
     assert len(alone) > 0
     assert not alone.unresolved
     assert_same(found, [(item.value, item.period) for item in alone])
@@ -414,7 +414,7 @@ def test_twins_of_a_symmetric_map_each_have_their_own_entries():
         parameters={"r": 1.5},
         derivative=lambda x, r: r - 3 * x * x,
     )
-    found = bifurcations(f, "r", (1.9, 2.4), max_period=2)
+    found = bifurcations(f, "r", (1.9, 2.4), max_period=2, n_lists=3)
     assert [len(cascade.flips) for cascade in found.cascades] == [8, 8]
     assert {item.kind for item in found} >= {"flip", "band_merging"}
     for kind in ("flip", "band_merging"):
