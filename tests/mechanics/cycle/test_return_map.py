@@ -177,7 +177,7 @@ def test_a_forced_motion_that_never_comes_back_is_known_by_its_cycle() -> None:
 
 
 def test_bifurcations_of_a_shaken_block() -> None:
-    found = ss.bifurcations(ss.return_map(shaken()), "V", (0.0303, 0.0304), max_period=1)
+    found = ss.bifurcations(ss.return_map(shaken()), "V", (0.0303, 0.0304), max_period=1, n_lists=3)
     kinds = [b.kind for b in found]
     assert "border_collision" in kinds
 
