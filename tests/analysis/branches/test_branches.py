@@ -187,8 +187,7 @@ def test_accumulating_branches_stop_and_say_so():
     assert jumps == pytest.approx([1 / n for n in range(9, 1, -1)], abs=ROUNDING)
 
 
-def test_what_is_not_followed_overlaps_no_branch(monkeypatch):
-    monkeypatch.setattr("stickslip.analysis.branches.discontinuities.MAX_CHANGES", 60)
+def test_what_is_not_followed_overlaps_no_branch():
     friction = ss.Coulomb(mu=0.0625)
     f = ss.event_map(ss.TwoBlock(alpha=1.875, beta=1.75, V=0.140625, friction=friction))
     table = branches(f)  # most motions never return; their set is a fractal
@@ -199,7 +198,40 @@ def test_what_is_not_followed_overlaps_no_branch(monkeypatch):
     np.testing.assert_array_equal(got.label[:, 0], got.label[:, 1])
     left, right = ends[:, :1], ends[:, 1:]
     assert (left[1:] > right[:-1]).all()
-    assert not ((table.gaps[:, 0] < right) & (table.gaps[:, 1] > left)).any()
+    assert len(table.unknown)
+    for between in (table.gaps, table.unknown):
+        assert not ((between[:, 0] < right) & (between[:, 1] > left)).any()
+
+
+def steps_in_the_outer_thirds(x):
+    """Steps of x -> 3 x mod 2 until a point is in the middle third, and its place there."""
+    steps, inside = np.zeros(np.shape(x)), np.ones(np.shape(x), dtype=bool)
+    for _ in range(40):
+        inside = inside & ~((x > 1 / 3) & (x < 2 / 3))
+        x, steps = np.where(inside, np.where(x < 0.5, 3 * x, 3 * x - 2), x), steps + inside
+    return steps, np.where(inside, 0.0, 3 * x - 1)
+
+
+# Breaks are the ends of Cantor's middle thirds: 2^19 of them are 1e-9 apart.
+CANTOR = PiecewiseMap(
+    lambda x: 0.05 + 0.9 * steps_in_the_outer_thirds(x)[1],
+    (0, 1),
+    derivative=lambda x: 0.9 * 3 ** (steps_in_the_outer_thirds(x)[0] + 1),
+    label=lambda x: 1 + steps_in_the_outer_thirds(x)[0].astype(np.uint64),
+)
+
+
+def test_of_a_fractal_of_breaks_the_widest_branches_are_told_apart():
+    table = branch_table(CANTOR)
+    assert table.n_evaluations < 20_000
+    assert 1e-5 < table.resolution < 1e-3
+    assert (np.diff(table.unknown) > table.resolution).all()
+    widths = np.array([b.right - b.left for b in table])
+    for k in range(1, int(-np.log(2 * table.resolution) / np.log(3)) + 1):
+        blurred = 3.0**-k - widths
+        assert ((blurred > -1e-9) & (blurred < table.resolution)).sum() == 2 ** (k - 1)
+    assert np.sum(widths) + np.diff(table.unknown).sum() == pytest.approx(1, abs=1e-3)
+    assert len(branch_table(CANTOR, 1e-4)) > len(table)
 
 
 @pytest.mark.parametrize("resolution", [0.0, -1e-9, 0.5, math.nan])

@@ -43,10 +43,10 @@ class Labelled:
 @given(at=st.floats(0.01, 0.99), root_on=st.sampled_from([-1, 0, 1]))
 def test_margins_lead_to_the_change(at, root_on):
     f = Labelled((at,), root_on)
-    mesh = Mesh(f, 1e-9)
+    mesh = Mesh(f, 1e-9, crowd=9)
     before = mesh.n_evaluations
     ends = mesh.nodes.take(slice(0, 1)), mesh.nodes.take(slice(-1, None))
-    brackets = LabelBrackets(mesh, *ends, room=9)
+    brackets = LabelBrackets(mesh, *ends)
     brackets.close()
     assert brackets.left.x[0] < at <= brackets.right.x[0]
     assert brackets.right.x[0] - brackets.left.x[0] <= 2 * np.spacing(at)

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
+from stickslip.analysis.continuation import borders
 from stickslip.analysis.continuation.continuation import follow_on, follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
@@ -581,3 +583,14 @@ def test_shown(stable):
     assert "flip" in text
     assert text.count("end of range") == 2
     assert max(map(len, text.splitlines())) <= 100
+
+
+def test_a_sliver_inside_a_branch_is_no_other_break():
+    # The branch goes on beyond [0.5, 0.5 + 1e-11]; another jump is not far.
+    f = PiecewiseMap(
+        lambda x: np.where(x < 0.5005, 0.1, 0.9),
+        (0, 1),
+        label=lambda x: np.where((x >= 0.5) & (x < 0.5 + 1e-11), 1, np.where(x < 0.5005, 0, 2)),
+    )
+    sliver = TrackedDiscontinuity(0, 1, 0.5, "jump")
+    assert borders._settled(sliver, -1, f).x == pytest.approx(0.5, abs=1e-15)

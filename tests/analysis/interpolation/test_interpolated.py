@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.analysis.branches.test_branches import CANTOR
 from tests.analysis.known_maps import (
     border_collision,
     doubling,
@@ -149,6 +150,24 @@ def test_a_branch_that_the_table_does_not_know_is_noticed():
     )
     wrong = replace(branch_table(plain), f=other)
     assert interpolated_map(wrong).error > 1e-5
+
+
+def test_where_branches_are_too_narrow_values_are_as_likely_as_the_true_ones():
+    table = branch_table(CANTOR)
+    fast = interpolated_map(table)
+    x = np.random.default_rng(0).uniform(*table.unknown.T, (1000, len(table.unknown))).ravel()
+    for values in (fast.evaluate(x).value, fast.iterate(x, 1)[:, 1]):
+        quarters, true = (np.quantile(v, [0.25, 0.5, 0.75]) for v in (values, CANTOR(x)))
+        assert quarters == pytest.approx(true, abs=0.05)
+    assert (fast.evaluate(x).status == OK).all()
+    orbit, slope = fast.iterate_with_slopes(np.linspace(0.01, 0.99, 50), 400)
+    assert np.isfinite(orbit).all()
+    known = fast.table.labels_at(orbit[:, :-1]) > 0
+    assert 0.05 < np.mean(~known) < 0.15
+    # Of the k-th order are 2^(k - 1) branches of width 3^-k and slope 0.9 * 3^k.
+    order = np.arange(1, 60)
+    expected = np.sum((2 / 3) ** (order - 1) / 3 * np.log(0.9 * 3.0**order))
+    assert np.log(slope).mean() == pytest.approx(expected, abs=0.1)
 
 
 def test_gaps_say_why_there_is_no_value():

@@ -89,15 +89,15 @@ class Pieces:
         )
 
 
-def first_pieces(f: Map1D, table: Laps, known: Sequence[Attractor]) -> Pieces:
-    """Cut the domain at the ends of laps and around the attractors."""
+def first_pieces(f: Map1D, table: Laps, unknown: Floats, known: Sequence[Attractor]) -> Pieces:
+    """Cut the domain at the ends of laps, known and unknown ones, and around the attractors."""
     traps = [_trap(f, table, attractor) for attractor in known]
     cuts = np.concatenate([table.left, table.right, *(trap.ravel() for trap in traps)])
     low, high = f.domain
     edges = np.unique(np.concatenate([[low, high], cuts[(cuts > low) & (cuts < high)]]))
     middle = 0.5 * (edges[:-1] + edges[1:])
     lap = table.locate(middle)
-    index = np.where(lap >= 0, UNDECIDED, LEFT)
+    index = np.where((lap >= 0) | inside(unknown, middle), UNDECIDED, LEFT)
     for k, trap in enumerate(traps):
         index[inside(trap, middle)] = k
     at_left, at_right = (_one_sided(f, table, x, lap) for x in (edges[:-1], edges[1:]))
@@ -182,7 +182,7 @@ def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | Non
     # The whole line: what leaves the domain, the pieces, what leaves the domain. What lies left
     # of an edge has the edge's position, what lies right of the last edge one more.
     fates = np.concatenate([[LEFT], pieces.index, [LEFT]])
-    todo = np.flatnonzero(pieces.index == UNDECIDED)
+    todo = np.flatnonzero((pieces.index == UNDECIDED) & (pieces.lap >= 0))
     at_a, at_b = pieces.value_left[todo], pieces.value_right[todo]
     first, last = _edges_inside(pieces.edges, at_a, at_b, EXACT * domain_width(f))
     changes = np.concatenate([[0], np.cumsum(fates[1:] != fates[:-1])])

@@ -288,13 +288,14 @@ def basins(
     if grid is not None:
         raise ValueError("grid is for maps of R^n: basins on a line are intervals.")
     f = line_map(f)
-    table = branch_table(f).laps
+    branches = branch_table(f)
+    table = branches.laps
     known = (
         attractors(f, **search)
         if found is None
         else instance("found", found, AttractorList, "the result of ss.attractors(f)")
     )
-    pieces = first_pieces(f, table, known)
+    pieces = first_pieces(f, table, branches.unknown, known)
     causes = first_causes(f, table, pieces.edges)
     pieces, rounds, cut, floor = pieces.joined(), 0, 0, SLIVER
     counts = np.zeros(len(known) + 2, dtype=np.int64)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint
-from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import explanation
 from stickslip.results.result import ResultList
@@ -74,15 +74,16 @@ def _row(item: Breakpoint) -> str:
 
 
 @suggests
-def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BranchTable:
+def branches(f: Map1D | Modelled[Map1D], resolution: float | None = None) -> BranchTable:
     """Find the branches, breakpoints, gaps and laps of a map.
 
     Parameters
     ----------
     f : map or model
         An event map, a `PiecewiseMap`, a power of one (``f.power(p)``), or a model.
-    resolution : float
-        Everything wider is found; what stayed undecided is listed with its reason.
+    resolution : float, optional
+        Everything wider is found; what stayed undecided is listed with its reason. By default
+        1e-9, or more where more than 64 branches narrower than a thousandth of the domain crowd.
 
     Returns
     -------
@@ -105,7 +106,7 @@ def branches(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> Bran
 
 
 @suggests
-def breakpoints(f: Map1D | Modelled[Map1D], resolution: float = RESOLUTION) -> BreakpointList:
+def breakpoints(f: Map1D | Modelled[Map1D], resolution: float | None = None) -> BreakpointList:
     """Find where the branches of a map end, to adjacent floats, and why.
 
     Parameters and errors as in `branches`.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.mesh import Mesh, Nodes
+from stickslip.analysis.maps.protocol import domain_width
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Bools, Indices
     from stickslip.analysis.maps.protocol import Floats
 
-MAX_CHANGES: Final = 4096  # label changes followed before the rest is reported as unresolved
+WIDE: Final = 1e-3  # of the domain: branches that are all told apart, and the largest resolution
 FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 MAX_ROUNDS: Final = 200  # each halves at least: 65 suffice from any domain to FINEST
 TRUSTED: Final = 0.25  # of the bracket: the two sides' forecasts must agree better
@@ -33,19 +34,18 @@ NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or
 STEP: Final = 1e-10  # of the range of values: a step between adjacent floats is real above it
 BEND: Final = 1e-6  # of the slopes: likewise a change of the slope
 
-ACCUMULATE: Final = "branches accumulate: more label changes than are followed, in"
+ACCUMULATE: Final = "branches accumulate: more than are followed, and no wide one, in"
 TOO_CLOSE: Final = "label changes closer to each other than the resolution, in"
 NARROW_END: Final = "a branch narrower than the resolution at the end of the domain,"
 ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
 
 
 class LabelBrackets:
-    """Brackets of label changes; ``wide`` ones, of which there are too many, are given up."""
+    """Brackets of label changes; where branches crowd, the mesh is resolved less."""
 
-    def __init__(self, mesh: Mesh, left: Nodes, right: Nodes, room: int) -> None:
-        self.mesh, self.room = mesh, room
+    def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
+        self.mesh = mesh
         self.left, self.right = left, right
-        self.wide = np.zeros(len(left), dtype=bool)
         self.halve_next = np.zeros(len(left), dtype=bool)
         # Rounds since either end has moved.
         self.rests = np.zeros((2, len(left)), dtype=np.int64)
@@ -55,7 +55,8 @@ class LabelBrackets:
     def close(self) -> None:
         """Narrow all brackets to adjacent floats."""
         for _ in range(MAX_ROUNDS):
-            active = np.flatnonzero(are_apart(self.mesh, self.left.x, self.right.x) & ~self.wide)
+            apart = are_apart(self.mesh, self.left.x, self.right.x)
+            active = np.flatnonzero(apart & ~self._between_slivers())
             if not active.size:
                 break
             width = self.right.x[active] - self.left.x[active]
@@ -115,9 +116,6 @@ class LabelBrackets:
         # Below the resolution a third label is only "no longer the left one".
         as_right = ~as_left & (have_same_label(nodes, upper) | narrow)
         third = ~as_left & ~as_right
-        if third.sum() > self.room - len(self.left):
-            self.wide[k[third]] = True
-            third[:] = False
         i, j = k[as_left], k[as_right | third]
         self.rests[:, k] += 1
         self.rests[0, i] = self.rests[1, j] = 0
@@ -127,13 +125,31 @@ class LabelBrackets:
         self.right = self.right.replaced(j, nodes.take(as_right | third))
         if third.any():
             self._append(nodes.take(third), upper.take(third))
+            self._coarsen()
+
+    def _coarsen(self) -> None:
+        """Resolve no more than a crowd of the branches that are not wide, the widest of them."""
+        order = np.argsort(self.left.x, kind="stable")
+        most = self.right.x[order][1:] - self.left.x[order][:-1]  # that a branch may measure
+        mesh = self.mesh
+        crowd = most[(most > mesh.resolution) & (most < WIDE * domain_width(mesh.f))]
+        if len(crowd) > mesh.crowd:
+            mesh.resolution = float(np.partition(crowd, -mesh.crowd)[-mesh.crowd])
+
+    def _between_slivers(self) -> Bools:
+        """Tell which brackets have slivers on both sides: where they are does not matter."""
+        order = np.argsort(self.left.x, kind="stable")
+        left, right = self.left.x[order], self.right.x[order]
+        sliver = left[1:] - right[:-1] < self.mesh.resolution
+        between = np.zeros(len(order), dtype=bool)
+        between[order[1:-1]] = sliver[1:] & sliver[:-1]
+        return between & (self.right.x - self.left.x <= BLURRED * self.mesh.resolution)
 
     def _append(self, left: Nodes, right: Nodes) -> None:
         """Add brackets, between a third label and the one that was known."""
         self.left, self.right = self.left.joined(left), self.right.joined(right)
         self.old_left, self.old_right = self.old_left.joined(left), self.old_right.joined(right)
         no = np.zeros(len(left), dtype=bool)
-        self.wide = np.concatenate([self.wide, no])
         self.halve_next = np.concatenate([self.halve_next, no])
         self.rests = np.concatenate([self.rests, np.zeros((2, len(left)), dtype=np.int64)], axis=1)
 
@@ -240,7 +256,6 @@ class _Search:
         self.mesh = mesh
         none = mesh.nodes.take(slice(0, 0))
         self.left, self.right = none, none
-        self.wide = np.zeros(0, dtype=bool)
         self.unresolved: list[Unresolved] = []
 
     def new_pairs(self) -> tuple[Nodes, Nodes]:
@@ -251,7 +266,7 @@ class _Search:
         left, right = nodes.take(cells), nodes.take(cells + 1)
         # Of many changes within the resolution, only a few are taken apart.
         crowded = self._cuts_near(left.x, right.x) >= CROWD
-        self._keep(left.take(crowded), right.take(crowded), np.zeros(crowded.sum(), dtype=bool))
+        self._keep(left.take(crowded), right.take(crowded))
         return left.take(~crowded), right.take(~crowded)
 
     def _cuts_near(self, lower: Floats, upper: Floats) -> NDArray[np.intp]:
@@ -261,15 +276,14 @@ class _Search:
         count = np.searchsorted(known, upper + step) - np.searchsorted(known, lower - step)
         return np.where(upper - lower <= step, count, 0)
 
-    def _keep(self, left: Nodes, right: Nodes, wide: Bools) -> None:
+    def _keep(self, left: Nodes, right: Nodes) -> None:
         self.left, self.right = self.left.joined(left), self.right.joined(right)
-        self.wide = np.concatenate([self.wide, wide])
 
     def follow(self, left: Nodes, right: Nodes) -> None:
         """Bisect label changes to adjacent floats and keep them as cuts, with neighbours."""
-        brackets = LabelBrackets(self.mesh, left, right, MAX_CHANGES - len(self.left))
+        brackets = LabelBrackets(self.mesh, left, right)
         brackets.close()
-        self._keep(brackets.left, brackets.right, brackets.wide)
+        self._keep(brackets.left, brackets.right)
         self._keep_neighbours(brackets.left, brackets.right)
 
     def _keep_neighbours(self, left: Nodes, right: Nodes) -> None:
@@ -298,7 +312,7 @@ class _Search:
             left = left.replaced(active[as_left], middle.take(as_left))
             right = right.replaced(active[~as_left], middle.take(~as_left))
         real = self._is_break(left, right)
-        self._keep(left.take(real), right.take(real), np.zeros(int(real.sum()), dtype=bool))
+        self._keep(left.take(real), right.take(real))
 
     def _is_break(self, left: Nodes, right: Nodes) -> Bools:
         """Tell whether adjacent floats differ by more than a smooth function could."""
@@ -329,20 +343,23 @@ class _Search:
         return clusters[:MAX_SUSPECTS]
 
     def result(self) -> tuple[Discontinuities, list[Unresolved]]:
-        """Discontinuities in ascending order, slivers between them merged away."""
-        self._open_wide()
+        """Discontinuities in ascending order; what lies between slivers is one cut, or a gap."""
         order = np.argsort(self.left.x, kind="stable")
-        left, right = self.left.take(order), self.right.take(order)
+        left, right, step = self.left.take(order), self.right.take(order), self.mesh.resolution
         # A branch narrower than the resolution is no branch: one cut from its left neighbour
         # to its right one.
         starts = np.ones(len(left), dtype=bool)
-        starts[1:] = left.x[1:] - right.x[:-1] >= self.mesh.resolution
+        starts[1:] = left.x[1:] - right.x[:-1] >= step
         ends = np.append(starts[1:], True) if len(left) else starts
         left, right = left.take(starts), right.take(ends)
-        blurred = right.x - left.x > BLURRED * self.mesh.resolution
-        for lo, hi in zip(left.x[blurred], right.x[blurred], strict=True):
-            self.unresolved.append(Unresolved(TOO_CLOSE, float(lo), float(hi)))
-        return self._trimmed(left, right), self.unresolved
+        width = right.x - left.x
+        for reason, some in (
+            (TOO_CLOSE, (width > BLURRED * step) & (width <= step)),
+            (ACCUMULATE, width > step),
+        ):
+            ends_of = zip(left.x[some].tolist(), right.x[some].tolist(), strict=True)
+            self.unresolved += [Unresolved(reason, *ends) for ends in ends_of]
+        return self._trimmed(*_opened(left, right, width > step)), self.unresolved
 
     def _trimmed(self, left: Nodes, right: Nodes) -> Discontinuities:
         """Let the map begin and end with branches wider than the resolution."""
@@ -364,22 +381,17 @@ class _Search:
             )
         return Discontinuities(left, right, first, last)
 
-    def _open_wide(self) -> None:
-        """Turn intervals that were not followed into gaps, with a cut where a branch ends."""
-        # A later point of the mesh inside ends one, unless that is still of the branch on the
-        # left.
-        lower, nodes = self.left.take(self.wide), self.mesh.nodes
-        upper = nodes.take(np.searchsorted(nodes.x, lower.x, side="right"))
-        open_ = ~have_same_label(lower, upper)
-        lower, upper = lower.take(open_), upper.take(open_)
-        for lo, hi in zip(lower.x, upper.x, strict=True):
-            self.unresolved.append(Unresolved(ACCUMULATE, float(lo), float(hi)))
-        self.left, self.right = self.left.take(~self.wide), self.right.take(~self.wide)
-        inner_left = lower.without_value(np.nextafter(lower.x, upper.x))
-        inner_right = upper.without_value(np.nextafter(upper.x, lower.x))
-        # Beside a gap it is one with it: no cut.
-        self.left = self.left.joined(lower.take(lower.ok)).joined(inner_right.take(upper.ok))
-        self.right = self.right.joined(inner_left.take(lower.ok)).joined(upper.take(upper.ok))
+
+def _opened(left: Nodes, right: Nodes, wide: Bools) -> tuple[Nodes, Nodes]:
+    """Turn wide cuts, inside which nothing is known, into gaps, with a cut where a branch ends."""
+    lower, upper = left.take(wide), right.take(wide)
+    inner_left = lower.without_value(np.nextafter(lower.x, upper.x))
+    inner_right = upper.without_value(np.nextafter(upper.x, lower.x))
+    # Beside a gap it is one with it: no cut.
+    left = left.take(~wide).joined(lower.take(lower.ok)).joined(inner_right.take(upper.ok))
+    right = right.take(~wide).joined(inner_left.take(lower.ok)).joined(upper.take(upper.ok))
+    order = np.argsort(left.x, kind="stable")
+    return left.take(order), right.take(order)
 
 
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:

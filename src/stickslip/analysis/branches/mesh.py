@@ -129,6 +129,7 @@ class Mesh:
 
     f: Map1D
     resolution: float  # no cell is made narrower
+    crowd: int  # of branches that are not wide: more are not told apart, but less is resolved
     seeds: Floats = field(default_factory=lambda: np.empty(0))  # points of the first grid
     nodes: Nodes = field(init=False)
     open: Bools = field(init=False)  # cells still to be tested

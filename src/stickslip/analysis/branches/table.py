@@ -6,13 +6,18 @@ from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_at_discontinuities
-from stickslip.analysis.branches.discontinuities import Unresolved, find_discontinuities
+from stickslip.analysis.branches.discontinuities import (
+    ACCUMULATE,
+    WIDE,
+    Unresolved,
+    find_discontinuities,
+)
 from stickslip.analysis.branches.laps import (
     Segments,
     smooth_stretches,
@@ -34,7 +39,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 RESOLUTION: Final = 1e-9
-LARGEST: Final = 1e-3  # of the domain's width: a resolution
+CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, if that is left open
+MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 SHOWN: Final = 40  # rows of a table in its repr
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
@@ -134,6 +140,12 @@ class BranchTable(ResultList[Branch]):
         lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]
         return "\n".join(lines)
 
+    @cached_property
+    def unknown(self) -> Floats:
+        """Intervals whose branches are too narrow to be told apart, shape (k, 2)."""
+        rows = sorted((u.lo, u.hi) for u in self.unresolved if u.reason == ACCUMULATE)
+        return np.array(rows, dtype=np.float64).reshape(-1, 2)
+
     def matters(self, number: int) -> bool:
         """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
         return 0 <= number < len(self.breakpoints) and self.breakpoints[number].kind != "smooth"
@@ -173,27 +185,36 @@ def tables_complete_above(resolution: float) -> Iterator[None]:
 
 def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
     """Return the table of a map, from memory if it was made before and the map still lives."""
+    # Without a resolution less is resolved where branches crowd.
     lo, hi = f.domain
+    crowd = MAX_CROWD
     if resolution is None:
-        coarse = _RESOLUTION.get()
-        resolution = coarse if coarse == RESOLUTION else min(coarse, LARGEST * (hi - lo))
+        coarse, crowd = _RESOLUTION.get(), CROWD
+        resolution = coarse if coarse == RESOLUTION else min(coarse, WIDE * (hi - lo))
     resolution = finite_number("resolution", resolution)
-    if not 0 < resolution <= LARGEST * (hi - lo):
+    if not 0 < resolution <= WIDE * (hi - lo):
         raise ValueError(
             f"resolution = {resolution!r}: a positive number, at most a thousandth of the "
             f"domain's width {hi - lo:.6g}, is needed."
         )
-    return _remembered(f, resolution) if isinstance(f, Hashable) else _make_table(f, resolution)
+    make = _remembered if isinstance(f, Hashable) else _make_table
+    return make(f, resolution, crowd)
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _remembered(f: Any, resolution: float) -> BranchTable:
-    return _make_table(f, resolution)
+def _remembered(f: Any, resolution: float, crowd: int) -> BranchTable:
+    return _make_table(f, resolution, crowd)
 
 
-def _make_table(f: Map1D, resolution: float) -> BranchTable:
-    hints, unresolved = _hints(f, resolution)
-    mesh = Mesh(f, resolution, hints.seeds)
+def _make_table(f: Map1D, resolution: float, crowd: int) -> BranchTable:
+    base, exponent = base_and_exponent(f)
+    if exponent == 1:
+        hints, unresolved = Hints.none(), []
+    else:
+        table = branch_table(base, None if crowd == CROWD else resolution)
+        resolution, crowd = max(resolution, table.resolution), MAX_CROWD
+        hints, unresolved = _hints(f, table, exponent)
+    mesh = Mesh(f, resolution, crowd, hints.seeds)
     cuts, too_many = find_discontinuities(mesh)
     unresolved += too_many
     breaks, segments = _classify(mesh, cuts, hints)
@@ -201,10 +222,10 @@ def _make_table(f: Map1D, resolution: float) -> BranchTable:
     laps = tabulate_laps(mesh, stretches, len(breaks))
     return BranchTable(
         f=f,
-        resolution=resolution,
+        resolution=mesh.resolution,
         branches=_branches(segments),
         breakpoints=tuple(breaks),
-        gaps=_gaps(segments),
+        gaps=_gaps(segments, unresolved),
         turning_points=np.concatenate([s.x[s.turns] for s in stretches] or [np.empty(0)]),
         laps=laps,
         pieces=tabulate_laps(mesh, split_at_smooth(stretches, segments), len(breaks)),
@@ -213,12 +234,8 @@ def _make_table(f: Map1D, resolution: float) -> BranchTable:
     )
 
 
-def _hints(f: Map1D, resolution: float) -> tuple[Hints, list[Unresolved]]:
-    """Ask the table of the base map what a power of it looks like."""
-    base, exponent = base_and_exponent(f)
-    if exponent == 1:
-        return Hints.none(), []
-    table = branch_table(base, resolution)
+def _hints(f: Map1D, table: BranchTable, exponent: int) -> tuple[Hints, list[Unresolved]]:
+    """Ask the table of the base map what a power f of it looks like."""
     try:
         *_, pieces = pieces_of_powers(table.pieces, exponent)
     except TooManyPiecesError as reason:
@@ -282,7 +299,7 @@ def _branches(segments: Segments) -> tuple[Branch, ...]:
     )
 
 
-def _gaps(segments: Segments) -> Floats:
+def _gaps(segments: Segments, unresolved: list[Unresolved]) -> Floats:
     """Intervals without a value, from the last point before to the first one after."""
     first, last = segments.first, segments.last
     rows = [
@@ -292,7 +309,9 @@ def _gaps(segments: Segments) -> Floats:
         )
         for i in np.flatnonzero(~first.ok)
     ]
-    return np.array(rows, dtype=np.float64).reshape(-1, 2)
+    unknown = {(item.lo, item.hi) for item in unresolved if item.reason == ACCUMULATE}
+    gaps = [row for row in rows if row not in unknown]
+    return np.array(gaps, dtype=np.float64).reshape(-1, 2)
 
 
 def preimages(f: Map1D, x: float, *, resolution: float = RESOLUTION) -> Floats:

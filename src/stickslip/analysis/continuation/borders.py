@@ -143,6 +143,8 @@ def _settled(end: TrackedDiscontinuity, side: int, f: Map1D) -> TrackedDiscontin
     values = sample(f, float(np.clip(end.x - side * SLIVER * domain_width(f), *f.domain)))
     label = int(values.label) if values.status == OK else None
     for beyond in dict.fromkeys((label, next_one)):
+        if beyond == own:  # a sliver inside the branch: of no break could these labels tell
+            continue
         left, right = (own, beyond)[::-side]
         try:
             found = (

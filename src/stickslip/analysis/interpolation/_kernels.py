@@ -86,11 +86,13 @@ def evaluate_cells(
 
 
 @kernel
-def iterate_cells(cells: CellPolynomials, orbit: Floats, slope: Floats) -> None:
-    """Follow orbits, whose first column is given: points (m, n + 1) and slopes there (m, n)."""
+def iterate_cells(
+    cells: CellPolynomials, orbit: Floats, slope: Floats, first: NDArray[np.int64]
+) -> None:
+    """Follow orbits from a given column on: points (m, n + 1) and slopes there (m, n)."""
     for i in range(orbit.shape[0]):
-        x = orbit[i, 0]
-        for j in range(slope.shape[1]):
+        x = orbit[i, first[i]]
+        for j in range(first[i], slope.shape[1]):
             k = cell_of(cells, x)
             if k < 0:
                 x = np.nan

@@ -46,6 +46,8 @@ SAFETY: Final = 4.0  # by which errors predicted from neighbouring nodes are tak
 MAX_ROUNDS: Final = 16  # of halving
 MAX_CELLS: Final = 20_000
 NARROW: Final = 0.25  # resolutions: cells narrower than this are left as they are
+SAMPLES: Final = 16  # of an interval whose branches are too narrow for the table
+APART: Final = 0.02  # of the way to the next sample: a step would make all orbits that meet one one
 PROBES: Final = 64  # random points at which the finished map is compared with the true one
 GUIDE: Final = 4  # guide points per cell
 BETTER: Final = 0.25  # a polynomial in a square root must err by less than this share
@@ -91,6 +93,9 @@ class InterpolatedMap:
         status = np.full(flat.shape, OK, dtype=np.int64)
         if not known.all():
             status[~known] = self._statuses(flat[~known])
+            asked = np.flatnonzero(~known)[self._are_unknown(flat[~known])]
+            value[asked], slope[asked] = self._estimated(flat[asked])
+            status[asked] = np.where(np.isnan(value[asked]), UNDEFINED, OK)
         shape = points.shape
         return PointValues(
             value.reshape(shape),
@@ -109,6 +114,34 @@ class InterpolatedMap:
         found = np.where(inside, self.gap_statuses[place], UNDEFINED)
         return np.where(found == OK, UNDEFINED, found)
 
+    def _are_unknown(self, x: Floats) -> Bools:
+        """Tell which points lie where branches are too narrow for the table."""
+        unknown = self.table.unknown
+        place = np.searchsorted(unknown[:, 0], x, side="right") - 1
+        return np.asarray((place >= 0) & (x <= np.append(unknown[:, 1], -np.inf)[place]))
+
+    @cached_property
+    def _samples(self) -> tuple[Floats, Floats, Floats]:
+        """Points where branches are too narrow for the table, with values and slopes."""
+        ends = self.table.unknown
+        # Not at regular places: parts of a fractal are alike.
+        share = (
+            np.arange(SAMPLES) + np.random.default_rng(0).random((len(ends), SAMPLES))
+        ) / SAMPLES
+        x = (ends[:, :1] + share * (ends[:, 1:] - ends[:, :1])).ravel()
+        value, slope = values_and_slopes(self.f, x)
+        return x, value, slope
+
+    def _estimated(self, x: Floats) -> tuple[Floats, Floats]:
+        """Values and slopes as likely as the true ones: the nearest sample's, orbits kept apart."""
+        at, value, slope = self._samples
+        if not x.size:
+            return x, x
+        above = np.clip(np.searchsorted(at, x), 1, len(at) - 1)
+        nearest = above - (x - at[above - 1] < at[above] - x)
+        between = np.interp(x, at, value) - value[nearest]
+        return value[nearest] + APART * between, slope[nearest]
+
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once an orbit has left."""
         return self.iterate_with_slopes(x, n)[0]
@@ -120,7 +153,20 @@ class InterpolatedMap:
         start = checked_points(self.domain, x)
         orbit, slope = np.empty((start.size, n + 1)), np.empty((start.size, n))
         orbit[:, 0] = start.ravel()
-        iterate_cells(self.polynomials, orbit, slope)
+        first = np.zeros(start.size, dtype=np.int64)
+        iterate_cells(self.polynomials, orbit, slope, first)
+        rows = np.arange(start.size if len(self.table.unknown) else 0)
+        while rows.size:
+            ended = np.isnan(orbit[rows])
+            rows, first = rows[ended.any(axis=1)], ended.argmax(axis=1)[ended.any(axis=1)]
+            asked = self._are_unknown(orbit[rows, first - 1])
+            rows, first = rows[asked], first[asked]
+            orbit[rows, first], slope[rows, first - 1] = self._estimated(orbit[rows, first - 1])
+            on = np.isfinite(orbit[rows, first])
+            rows, first = rows[on], first[on]
+            moved, tilt = orbit[rows], slope[rows]
+            iterate_cells(self.polynomials, moved, tilt, first)
+            orbit[rows], slope[rows] = moved, tilt
         return orbit.reshape((*start.shape, n + 1)), slope.reshape((*start.shape, n))
 
 

@@ -48,8 +48,6 @@ CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
 NARROW: Final = 4e-4  # of the parameter: where a range is narrower, lists keep apart for rounding
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
-CROWD: Final = 200  # breaks of a map, beyond which it is resolved less
-COARSE: Final = 1e-6  # of the domain: then
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
 MAX_NODES: Final = 1000
 MAX_CROWDED: Final = 60  # ... where breaks accumulate, and each list costs much
@@ -156,16 +154,14 @@ class Survey:
 
     def _coarsened(self, values: Sequence[float]) -> AbstractContextManager[None]:
         """Resolve less where breaks accumulate, and say so."""
-        for q in (values[0], values[len(values) // 2], values[-1]):
-            crowd = len(branch_table(self.family.at(q)).breakpoints)
-            if crowd > CROWD:
-                self.resolution = COARSE * self.width
-                reason = (
-                    f"{crowd} breaks accumulate: lists are complete above {self.resolution:.2g}, "
-                    "and fewer values are looked at"
-                )
-                self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
-                break
+        looked_at = values[0], values[len(values) // 2], values[-1]
+        self.resolution = max(branch_table(self.family.at(q)).resolution for q in looked_at)
+        if self.crowded:
+            reason = (
+                f"breaks accumulate: lists are complete above {self.resolution:.2g}, "
+                "and fewer values are looked at"
+            )
+            self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
         return self.resolved()
 
     def _known_so_far(self) -> tuple[int, int, list[Event]]:
