@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -141,9 +141,10 @@ class _Walk:
 
     def step(self) -> None:
         """Apply the map once more; NaN stays once the orbit has left."""
-        got = sample(self._f, [self.x])
-        self.x = float(got.value[0])
-        self.slope *= float(got.derivative[0])
+        (self.x,), (slope,) = (
+            one.tolist() for one in values_and_slopes(self._f, np.array([self.x]))
+        )
+        self.slope *= slope
         self.k += 1
 
     def close(self) -> bool:
