@@ -197,8 +197,9 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
             f"resolution = {resolution!r}: a positive number, at most a thousandth of the "
             f"domain's width {hi - lo:.6g}, is needed."
         )
-    make = _remembered if isinstance(f, Hashable) else _make_table
-    return make(f, resolution, crowd)
+    if isinstance(f, Hashable):
+        return _remembered(f, resolution, crowd)
+    return _make_table(f, resolution, crowd)
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -208,9 +209,8 @@ def _remembered(f: Any, resolution: float, crowd: int) -> BranchTable:
 
 def _make_table(f: Map1D, resolution: float, crowd: int) -> BranchTable:
     base, exponent = base_and_exponent(f)
-    if exponent == 1:
-        hints, unresolved = Hints.none(), []
-    else:
+    hints, unresolved = Hints.none(), list[Unresolved]()
+    if exponent > 1:
         table = branch_table(base, None if crowd == CROWD else resolution)
         resolution, crowd = max(resolution, table.resolution), MAX_CROWD
         hints, unresolved = _hints(f, table, exponent)
