@@ -339,8 +339,8 @@ def bottom_step(
     high = t if f_1 < 0.0 else high
     low = low if f_1 < 0.0 else t
     ahead = t + step
-    middle = 0.5 * (low + high)
-    return ahead if low <= ahead and ahead <= high else middle, low, high, f - 0.5 * f_1 * step, step
+    ahead = ahead if low <= ahead and ahead <= high else 0.5 * (low + high)
+    return ahead, low, high, f - 0.5 * f_1 * step, step
 
 
 @kernel(inline=True, fused=True)
