@@ -637,8 +637,8 @@ def test_a_fit_that_no_model_allows_has_not_converged() -> None:
     # At the plateau as static limit the best law has F(0) = 1.03; refused trials ended the search.
     rng = np.random.default_rng(4)
     s = np.geomspace(0.02, 6.0, 60)
-    force = (0.63 + 0.40 * np.exp(-s / 0.8)) * (1.0 + 0.01 * rng.normal(size=len(s)))
-    law = ss.friction_law("a + b * exp(-s / v)", parameters={"a": 0.6, "b": 0.3, "v": 1.5})
+    force = (0.63 + 0.40 / (1.0 + s / 0.8)) * (1.0 + 0.01 * rng.normal(size=len(s)))
+    law = ss.friction_law("a + b / (1 + s / v)", parameters={"a": 0.6, "b": 0.3, "v": 1.5})
     block = ss.Oscillator(V=1.0, friction=law, damping=0.02)
     walled = ss.fit(block, ss.ForcePoints(s, force), ["a", "b", "v"])
     assert not walled.converged

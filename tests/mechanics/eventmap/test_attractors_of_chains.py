@@ -164,7 +164,6 @@ def test_a_grazing_is_where_the_margin_of_the_orbit_vanishes(events):
     assert all((margin >= 0.0).all() and margin.max() > 1e-3 for margin in borders)
 
 
-@pytest.mark.slow
 def test_a_law_that_starts_at_the_static_limit_has_borders_that_change_nothing():
     """An orbit passes changes of its modes: they are told, and are no bifurcations."""
     law = CHAIN.replace(friction=ss.PoppStelter(gamma=3.0))
