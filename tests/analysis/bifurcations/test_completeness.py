@@ -247,6 +247,14 @@ def test_orbits_pass_a_harmless_break_whose_labels_meet_at_a_jump_too():
     assert not found.unresolved
 
 
+def test_a_look_close_beside_a_flip_sees_the_slow_cycle():
+    # At r = 2.999993 the multiplier is -0.999993: too slow to be followed to its end.
+    found = bifurcations(LOGISTIC, "r", (3 - 1e-3, 3 + 1.3e-3), max_period=2)
+    assert_same(found, [(3.0, 1)])
+    assert not found.unresolved
+    assert not found.outside
+
+
 def test_a_search_as_narrow_as_its_step_ends_in_no_event():
     # The fixed point 2 mu of x/2 + mu meets the upper end of the domain at mu = 1/2 only.
     meets_end = Collision(1, DomainEnd(upper=True, x=1.0), -1)
@@ -397,7 +405,7 @@ def test_lost_chaos_is_told_and_cycles_that_are_too_long_are_set_apart():
 
 
 def look(value, *sorts):
-    attractors = [SimpleNamespace(kind=kind, period=period) for kind, period in sorts]
+    attractors = [SimpleNamespace(kind=kind, period=period, orbit=None) for kind, period in sorts]
     return SimpleNamespace(value=value, attractors=attractors)
 
 

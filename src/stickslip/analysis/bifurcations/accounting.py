@@ -31,12 +31,20 @@ class Look(Protocol):
 
     @property
     def attractors(self) -> Iterable[Any]:
-        """Each with a kind and a period."""
+        """Each with a kind, a period, and the orbit of a cycle."""
 
 
 def _sorts_of(look: Look) -> Counter[Sort]:
-    """Count the attractors at a value by kind and period."""
-    return Counter((a.kind, a.period) for a in look.attractors)
+    """Count the attractors at a value by kind and period; slow cycles by their multipliers."""
+    # Beside its stability limit a cycle is too slow to be seen to attract, but it is listed.
+    sorts: Counter[Sort] = Counter()
+    for attractor in look.attractors:
+        slow = attractor.kind == "undecided" and attractor.orbit is not None
+        if not slow:
+            sorts[attractor.kind, attractor.period] += 1
+        elif abs(attractor.orbit.multiplier) < 1.0:
+            sorts["periodic", attractor.period] += 1
+    return sorts
 
 
 def _differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
