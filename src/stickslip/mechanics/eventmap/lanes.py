@@ -405,17 +405,20 @@ class PoolBackend(BatchBackend):
 
     def pools(self, along: str) -> Pools:
         """Pools for this thread, with the numbers of this model; `along`: what tangents go with."""
-        model = self.scalar.model
-        held: dict[str, Pools] = held_for(self.series.key, model.laws).__dict__.setdefault(
-            "pools", {}
-        )
+        model, local = self.scalar.model, self._local
+        held: dict[str, Pools] = local.__dict__.setdefault("pools", {})
         if along not in held:
             changes: list[dict[str, float]] = [{}, {}]
             for block, own_name in model.law_parameters.get(along, ()):
                 changes[block][own_name] = 1.0
             rows = self.series.rows(model.laws, changes)
             held[along] = new_pools(int(along != ""), rows, self._steps.SIZE)
-        held[along].numbers[:] = self.numbers
-        if along in model.numbers:
-            held[along].numbers[:] += pair_changes(model.moved_plant(along))
-        return held[along]
+        pools = held[along]
+        pools.numbers[:] = self.numbers
+        if along not in ("", "d") and along in model.numbers:
+            pools.numbers[:] += pair_changes(model.moved_plant(along))
+        return pools
+
+    @cached_property
+    def _local(self) -> threading.local:
+        return held_for(self.series.key, self.scalar.model.laws)
