@@ -426,15 +426,12 @@ class _Writer:
         pairs = [("STIFF", "CROSS", integral)]
         pairs += [("DAMP", "DRAG", speed)] if self.damped else []
 
-        def scaled(name: str) -> str:
-            return f"{number.format(name=name, i=i)}{{}} * (1.0 / (k + 1))"
+        def term(name: str, factor: str, of: str) -> str:
+            return f"({number.format(name=name, i=i)}{factor} * (1.0 / (k + 1))) * {of}"
 
-        terms = [f"({scaled(own).format('')}) * {of.format(i=i)}" for own, _, of in pairs]
+        terms = [term(own, "", of.format(i=i)) for own, _, of in pairs]
         if n == 2:
-            terms += [
-                f"({scaled(other).format(' * unlike')}) * {of.format(i=1 - i)}"
-                for _, other, of in pairs
-            ]
+            terms += [term(other, " * unlike", of.format(i=1 - i)) for _, other, of in pairs]
         return " + ".join(terms)
 
     def _forces(self, start: str, n: int, changing: bool = False) -> str:
