@@ -30,7 +30,8 @@ def test_cycles_that_do_not_repel_are_never_left_out(r, start, steps):
     starts = [tail[-period:] for period in range(1, 65)]
     chosen = promising(f, starts, MOVED)
     for k, points in enumerate(starts):
-        cycle = confirmed(f, points, MOVED)
+        # From further away Newton's steps may grow, and one start come to a cycle by chance.
+        cycle = confirmed(f, points, 0.25 * MOVED)
         if cycle is not None and abs(cycle.multiplier) < 1 - NEUTRAL:
             assert k in chosen
 
