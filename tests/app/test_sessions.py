@@ -14,8 +14,8 @@ from tests.app.talk import CHAIN, COULOMB, opened, unpack
 import stickslip as ss
 from stickslip.analysis.work import in_threads
 from stickslip.app import requests, server
-from stickslip.app.exports import DRAWN
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
+from stickslip.app.pictures import DRAW
 from stickslip.app.requests import Part
 from stickslip.app.server import application
 from stickslip.app.session import BURST, PAUSE, SHARE, SLOTS, Limits, Workers
@@ -267,7 +267,7 @@ def test_what_python_and_numpy_say_is_logged_and_not_shown(
         yield
 
     monkeypatch.setitem(VIEWS, requests.Locus, view)
-    monkeypatch.setitem(DRAWN, requests.Locus, lambda _: fault())
+    monkeypatch.setitem(DRAW, requests.Locus, lambda _: fault())
     with pytest.raises((ValueError, IndexError)) as inside:
         fault()
     for kind in ("json", "svg"):

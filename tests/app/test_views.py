@@ -9,8 +9,9 @@ from tests.mechanics.eventmap.unequal import pair
 
 import stickslip as ss
 from stickslip.app.as_python import TEXTS, as_python
-from stickslip.app.exports import DRAWN, KNOWN
+from stickslip.app.exports import KNOWN
 from stickslip.app.page import described_limits, presets
+from stickslip.app.pictures import DRAW
 from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS
 from stickslip.app.views.model import watched
@@ -289,7 +290,7 @@ def test_python_of_other_models_makes_equal_models():
 
 
 def test_every_view_has_python_and_a_picture():
-    assert set(TEXTS) == set(DRAWN) == set(KNOWN.values())
+    assert set(TEXTS) == set(DRAW) == set(KNOWN.values())
     assert set(VIEWS) == set(REQUESTS.values())
 
 

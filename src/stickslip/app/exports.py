@@ -10,64 +10,31 @@ import asyncio
 import csv
 import io
 import math
-import threading
+import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from collections.abc import Iterator, Mapping
 from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from starlette.requests import Request
 from starlette.responses import Response
 
-from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.attractors.basins import basins
-from stickslip.analysis.bifurcations.bifurcations import bifurcations_of
-from stickslip.analysis.diagrams.diagrams import diagram_of
-from stickslip.analysis.maps.arguments import line_family
-from stickslip.analysis.orbits.periodic import periodic_orbits
-from stickslip.analysis.work import Work
 from stickslip.app import requests
 from stickslip.app.as_python import as_python
-from stickslip.app.jobs import Job, TimeIsUpError, progress_between, undisturbed
+from stickslip.app.jobs import Job, TimeIsUpError
 from stickslip.app.requests import (
     BadRequestError,
     Export,
     Part,
     decoded,
     is_ours,
-    model_of,
     plain,
     request_of,
 )
 from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
-from stickslip.app.views.diagram import surveyed
-from stickslip.app.views.event_map import window_of
-from stickslip.app.views.model import (
-    found_cycle,
-    map_of,
-    naming,
-    range_of,
-    simulated,
-    space_map_of,
-    two_blocks,
-)
-from stickslip.app.views.section import grid_of, sides_of
-from stickslip.plot.animation import can_write, film
-from stickslip.plot.breaks import mechanism
-from stickslip.plot.diagram import draw_diagram
-from stickslip.plot.law import friction_characteristics
-from stickslip.plot.locus import stick_locus, trajectory_in_plane
-from stickslip.plot.maps import cobweb, event_map
-from stickslip.plot.motion import phase_portrait
-from stickslip.plot.orbits import draw_orbits
-from stickslip.plot.style import pictured, save, style
 from stickslip.vocabulary import did_you_mean
 
 KNOWN: Final = {
@@ -115,12 +82,15 @@ class File(NamedTuple):
 
 def formats(view: str) -> list[str]:
     """Return the formats of a view that this machine can write."""
-    return [kind for kind in _all_formats(KNOWN[view]) if kind != "mp4" or can_write("mp4")]
+    return [kind for kind in _all_formats(KNOWN[view]) if kind != "mp4" or _films()]
+
+
+def _films() -> bool:
+    return shutil.which("ffmpeg") is not None
 
 
 def _all_formats(kind: type[requests.Request]) -> list[str]:
-    listed = ["svg", "png"] if kind in DRAWN else []
-    listed += ["csv"] if kind in COLUMNS else []
+    listed = ["svg", "png"] + ["csv"] * (kind in COLUMNS)
     listed += ["json"] if kind in VIEWS else []
     listed += ["gif", "mp4"] if kind is requests.Mechanism else []
     return [*listed, "python"]
@@ -131,7 +101,7 @@ def export(view: str, request: requests.Request, kind: str) -> File:
     known = _all_formats(type(request))
     if kind not in known:
         raise BadRequestError(f"format = {kind!r} of {view}. {did_you_mean(kind, known)}", "format")
-    if kind == "mp4" and not can_write("mp4"):
+    if kind == "mp4" and not _films():
         raise NotHereError("MP4 needs the program ffmpeg on the server's machine. Take GIF.")
     ending = "py" if kind == "python" else kind
     name = f"stickslip-{view.replace('_', '-')}.{ending}"
@@ -146,9 +116,11 @@ def _content(request: requests.Request, kind: str) -> bytes:
             return as_json(request)
         case "csv":
             return as_csv(request).encode()
-        case "gif" | "mp4":
-            assert isinstance(request, requests.Mechanism)
-            return film_of(request, kind)
+    from stickslip.app.pictures import film_of, picture_of  # loads matplotlib
+
+    if kind in ("gif", "mp4"):
+        assert isinstance(request, requests.Mechanism)
+        return film_of(request, kind)
     return picture_of(request, kind)
 
 
@@ -267,122 +239,3 @@ async def read_body(received: Request) -> bytes | None:
 def _refused(code: int, message: str, field: str = "") -> Response:
     content = msgspec.json.encode({"error": {"message": message, "field": field}})
     return Response(content, status_code=code, media_type="application/json")
-
-
-HEIGHT: Final = 4.0  # inches, over the width of two columns
-
-Draw = Callable[[Any], Any]
-
-_drawing = threading.Lock()  # matplotlib's settings belong to the whole process
-
-
-def picture_of(request: requests.Request, kind: str) -> bytes:
-    """Compute and draw a view, as "svg" or "png"."""
-    draw = DRAWN[type(request)](request)
-    with _one_at_a_time(), TemporaryDirectory() as folder:
-        (path,) = save(pictured(draw, HEIGHT), Path(folder) / "view", (kind,))
-        return path.read_bytes()
-
-
-def film_of(request: requests.Mechanism, kind: str) -> bytes:
-    """Compute a motion and draw it as a film, "gif" or "mp4"."""
-    motion = simulated(request)
-    with _one_at_a_time(), TemporaryDirectory() as folder:
-        path = Path(folder) / f"view.{kind}"
-        film(motion, path)
-        return path.read_bytes()
-
-
-@contextmanager
-def _one_at_a_time() -> Iterator[None]:
-    """Draw in the house style; nobody's turn comes meanwhile, or two could wait for each other."""
-    with undisturbed(), _drawing, style():
-        yield
-
-
-# --- the views: first what takes long, then a function that draws it ---------------------------
-
-
-def _event_map(request: requests.EventMap) -> Draw:
-    f = map_of(request)
-    window = window_of(f, request)
-    found = (
-        periodic_orbits(f, request.max_period, infinitely_unstable=True)
-        if request.max_period
-        else ()
-    )
-
-    def draw(ax: Axes) -> Axes:
-        g = f if request.power == 1 else f.power(request.power)
-        event_map(g, ax, window=window, points=request.points, power=request.power)
-        return draw_orbits(found, ax, power=request.power, clip_on=True)
-
-    return draw
-
-
-def _cobweb(request: requests.Cobweb) -> Draw:
-    f = map_of(request)
-    with naming("d"):
-        f.evaluate(request.d)
-    return lambda ax: cobweb(f, request.d, ax, steps=request.n)
-
-
-def _portrait(request: requests.Portrait) -> Draw:
-    motion = simulated(request)
-    if request.block > motion.model.n_blocks:
-        raise BadRequestError(f"block = {request.block} of {motion.model.n_blocks}", "block")
-    return lambda ax: phase_portrait(motion, request.block, ax)
-
-
-def _plane(request: requests.Plane) -> Draw:
-    two_blocks(request)
-    motion = simulated(request)
-    return lambda ax: trajectory_in_plane(motion, ax)
-
-
-def _mechanism(request: requests.Mechanism) -> Draw:
-    motion = simulated(request)
-    return lambda ax: mechanism(motion.model, ax, x=motion.x(0.0))
-
-
-def _locus(request: requests.Locus) -> Draw:
-    model = two_blocks(request)
-    return lambda ax: stick_locus(model, ax)
-
-
-def _law(request: requests.Law) -> Draw:
-    model = model_of(request)
-    return lambda ax: friction_characteristics(model, ax, limit=request.range)
-
-
-def _basins(request: requests.Basins) -> Draw:
-    if (blocks := space_map_of(request)) is not None:
-        grid = grid_of(blocks, sides_of(request)[-1])
-        return basins(blocks, attractors(blocks), grid=grid).plot
-    f = map_of(request)
-    return basins(f, attractors(f), resolution=request.resolution).plot
-
-
-def _diagram(request: requests.Diagram) -> Draw:
-    f = line_family(map_of(request))
-    low, high = range_of(f, request)
-    survey = surveyed(f, request, low, high)
-    watched = Work(progress_between(0.4, 0.5))
-    diagram = diagram_of(survey, np.linspace(low, high, request.values), watched)
-    found = bifurcations_of(survey, progress_between(0.0, 1.0))
-    return lambda ax: draw_diagram(diagram, ax, bifurcations=found)
-
-
-DRAWN: Final[dict[type[requests.Request], Callable[[Any], Draw]]] = {
-    requests.EventMap: _event_map,
-    requests.Cobweb: _cobweb,
-    requests.Motion: lambda r: simulated(r).plot,
-    requests.Portrait: _portrait,
-    requests.Plane: _plane,
-    requests.Mechanism: _mechanism,
-    requests.Cycle: lambda r: found_cycle(r).plot,
-    requests.Locus: _locus,
-    requests.Law: _law,
-    requests.Basins: _basins,
-    requests.Diagram: _diagram,
-}

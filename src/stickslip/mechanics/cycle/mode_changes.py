@@ -6,7 +6,6 @@ import itertools
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
@@ -172,6 +171,8 @@ def _extreme(cycle: Cycle) -> tuple[float, Floats]:
     after = min(near + t[1], cycle.period)
     if speed(near) * speed(after) >= 0.0:
         return (near if abs(speed(near)) < abs(speed(after)) else after), rows[k]
+    from scipy.optimize import brentq  # not for the first value
+
     return float(brentq(speed, near, after, xtol=1e-14)), rows[k]
 
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.optimize import brentq, root
 
 from stickslip.mechanics.friction.code import law_code
 from stickslip.mechanics.model.belt_model import BeltModel
@@ -105,6 +104,7 @@ def _possible_speeds(
     plant: Plant, laws: Sequence[FrictionLaw], around: Floats, factors: Floats
 ) -> list[Floats]:
     """Slip velocities with which what turns freely can go on: roots of one equation, or one set."""
+    from scipy.optimize import brentq, root  # not for the first value
 
     def residual(w: Floats) -> Floats:
         return np.asarray(_balance(plant, laws, w[None])[2][0] - plant.V - w)
