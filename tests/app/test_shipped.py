@@ -3,13 +3,14 @@
 import json
 import re
 
+import msgspec
 import numpy as np
 import pytest
 from tests.app.talk import unpacked
 
 import stickslip as ss
 from stickslip.app import live, shipped
-from stickslip.app.page import preset_names, presets
+from stickslip.app.page import made_presets, preset_names, presets
 from stickslip.app.requests import plain
 from stickslip.cli.program import run
 
@@ -57,6 +58,11 @@ def test_an_answer_that_is_shipped_is_the_library_s(name):
             np.testing.assert_allclose(array, other.arrays[key], rtol=SINGLE, atol=SINGLE)
 
 
+def test_the_presets_that_are_shipped_are_those_that_are_made():
+    made = msgspec.json.decode(msgspec.json.encode(made_presets()))
+    assert all(close(a, b) for a, b in zip(leaves(presets()), leaves(made), strict=True))
+
+
 def test_the_list_names_every_preset_s_questions():
     entries = json.loads((shipped.SHIPPED / shipped.INDEX).read_text())
     listed = {entry["file"]: (entry["view"], entry["request"]) for entry in entries}
@@ -81,7 +87,11 @@ def test_making_writes_what_is_read(tmp_path, monkeypatch, capsys):
     few = {name: LISTED[name] for name in ("coulomb-law.bin", "coulomb-map.bin")}
     monkeypatch.setattr(shipped, "listed", lambda: few)
     shipped.make(tmp_path / "made")
-    assert {file.name for file in (tmp_path / "made").iterdir()} == {*few, shipped.INDEX}
+    assert {file.name for file in (tmp_path / "made").iterdir()} == {
+        *few,
+        shipped.INDEX,
+        "presets.json",
+    }
     (law,) = unpacked(shipped.read("coulomb-law.bin", tmp_path / "made"))
     assert law.arrays["force"].dtype == np.float32
     names = [part.name for part in unpacked(shipped.read("coulomb-map.bin", tmp_path / "made"))]

@@ -122,6 +122,8 @@ def _helmholtz() -> dict[str, Any]:
     return {"x": x.tolist(), "v": v.tolist()}
 
 
+PRESETS: Final = files("stickslip.app") / "static" / "shipped" / "presets.json"
+
 FORWARD: Final = requests.Section(direction="forward")
 
 
@@ -238,9 +240,8 @@ def opened(path: Path) -> dict[str, Any]:
     return {"name": "model", "title": path.name, "state": of_model(read_model(path))}
 
 
-@cache
-def presets() -> list[dict[str, Any]]:
-    """Return names, titles and states of the page."""
+def made_presets() -> list[dict[str, Any]]:
+    """Make the presets that are shipped: those of studies take SciPy and most of a second."""
     damper = of_model(
         model_of_values(DAMPER),
         section=FORWARD,
@@ -260,6 +261,13 @@ def presets() -> list[dict[str, Any]]:
         "damper": ("A friction damper", damper),
     }
     return [{"name": name, "title": t, "state": state} for name, (t, state) in listed.items()]
+
+
+@cache
+def presets() -> list[dict[str, Any]]:
+    """Return names, titles and states of the page."""
+    known: list[dict[str, Any]] = msgspec.json.decode(PRESETS.read_bytes())
+    return known
 
 
 def preset_names() -> list[str]:

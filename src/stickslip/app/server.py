@@ -60,6 +60,7 @@ WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 STATIC: Final = files("stickslip.app") / "static"
 LIMITS: Final = Limits()
 FULL: Final = "too many pages are open"
+ALONE: Final = 1.0  # seconds that a server waits for its first page before it prepares kernels
 
 
 def hosts_of(host: str) -> tuple[str, ...]:
@@ -129,10 +130,12 @@ class Warmth:
         self._lock = threading.Lock()
         self._cold_pages: list[Session] = []
         self._steps = {"done": 0, "of": 1}
+        self._greeted = threading.Event()
         self.is_warm = False
 
     def greet(self, session: Session) -> None:
         """Tell a page whether it has to wait, and later when the wait is over."""
+        self._greeted.set()
         with self._lock:
             if not self.is_warm:
                 self._cold_pages.append(session)
@@ -166,6 +169,7 @@ class Warmth:
                 session.send(self._hello())
 
     def _warm_up(self) -> None:
+        self._greeted.wait(ALONE)  # or the first page's scripts would wait for kernels
         started = time.perf_counter()
         first = list(_first_asked())
         try:

@@ -23,7 +23,7 @@ import numpy as np
 
 from stickslip.app import live
 from stickslip.app.one_file import one_file
-from stickslip.app.page import described_limits, presets
+from stickslip.app.page import PRESETS, described_limits, made_presets, presets
 from stickslip.app.requests import Cycle, Part, message, plain, request_of
 from stickslip.app.views import VIEWS
 from stickslip.files import whole_file
@@ -143,6 +143,7 @@ def make(folder: Path) -> None:
     """Write all answers, and the list of them."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
+    (folder / PRESETS.name).write_bytes(msgspec.json.encode(made_presets()) + b"\n")
     entries = []
     for name, asked in listed().items():
         entries.append(_made(folder, name, *asked))
