@@ -21,10 +21,7 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.analysis.work import Work
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
-from stickslip.app.requests import (
-    BadRequestError,
-    model_of,
-)
+from stickslip.app.requests import BadRequestError, model_of
 from stickslip.app.views.diagram import surveyed
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import (

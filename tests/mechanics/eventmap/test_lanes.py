@@ -264,7 +264,7 @@ def test_models_that_differ_in_parameters_take_turns_in_one_scratch(make):
     if make is ss.examples.coulomb:
         assert one._backend.lanes.scratch() is other._backend.lanes.scratch()
     else:
-        assert one._backend.pools("") is other._backend.pools("")
+        assert one._backend.pools(None) is other._backend.pools(None)
 
 
 @pytest.mark.parametrize("ask", [None, {}, {"slope": True}, {"slope": True, "watch": True}])

@@ -143,6 +143,17 @@ def test_derivatives_in_every_parameter(kind, n):
     assert compared > 100 * n
 
 
+def test_a_parameter_named_as_the_start_is_a_parameter():
+    law, same = (
+        ss.friction_law(f"1 / (1 + {name} * s)", parameters={name: 3.0}) for name in ("d", "g")
+    )
+    one, other = (ss.event_map(ss.examples.law9(alpha=1.2099, friction=of)) for of in (law, same))
+    x = np.array([0.38, 0.385])
+    np.testing.assert_array_equal(
+        one.parameter_derivative(x, "d"), other.parameter_derivative(x, "g")
+    )
+
+
 def test_matrices_of_any_symmetry():
     """Follower forces, dampers that feed, masses as a matrix: Structures whose inertias all rub."""
     rng = np.random.default_rng(8)

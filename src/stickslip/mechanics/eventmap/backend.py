@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
 from stickslip.mechanics.eventmap.loop import new_loop
 from stickslip.mechanics.eventmap.records import (
+    START,
     Controls,
     Outputs,
     Scratch,
@@ -76,12 +77,12 @@ class ScalarBackend:
         """Values at each d, and slopes."""
         return self._carried(d, self._start_directions if slope else self.no_directions, watch)
 
-    def carry_along(self, d: Floats, name: str, watch: bool = False) -> Outputs:
-        """Values and derivatives in a parameter; in the start if it is "d", or none if it is ""."""
-        if name in ("", "d"):
-            return self.carry(d, slope=name == "d", watch=watch)
-        directions = self.engine.along(self.model, name)
-        return self._carried(d, directions, watch, self._section_along(name))
+    def carry_along(self, d: Floats, along: str | None, watch: bool = False) -> Outputs:
+        """Values and derivatives in a parameter, or in the `START`; None: values alone."""
+        if not along:
+            return self.carry(d, slope=along == START, watch=watch)
+        directions = self.engine.along(self.model, along)
+        return self._carried(d, directions, watch, self._section_along(along))
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""

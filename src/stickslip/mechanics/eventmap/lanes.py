@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, held_for
-from stickslip.mechanics.eventmap.records import UNTOLD, Controls, Outputs, Pools, new_outputs
+from stickslip.mechanics.eventmap.records import (
+    START,
+    UNTOLD,
+    Controls,
+    Outputs,
+    Pools,
+    new_outputs,
+)
 from stickslip.mechanics.flow._lane_kernels import Change, CoulombConstants, Pair, constants_at
 from stickslip.mechanics.flow.engine import Engine
 from stickslip.mechanics.flow.lanes.layout import (
@@ -312,7 +319,7 @@ class PoolBackend(BatchBackend):
 
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
-        return self._carried(d, "d" if slope else "", watch)
+        return self._carried(d, START if slope else None, watch)
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
@@ -324,17 +331,17 @@ class PoolBackend(BatchBackend):
         """Fill rows (n, steps + 1) from their first entries on."""
         self._advanced(orbits)
 
-    def _carried(self, d: Floats, along: str, watch: bool = False) -> Outputs:
+    def _carried(self, d: Floats, along: str | None, watch: bool = False) -> Outputs:
         orbits = np.empty((d.size, 2))
         orbits[:, 0], orbits[:, 1] = d, math.nan
         outputs = self._advanced(orbits, along, watch)
         return outputs._replace(value=orbits[:, 1])
 
-    def _advanced(self, orbits: Floats, along: str = "", watch: bool = False) -> Outputs:
+    def _advanced(self, orbits: Floats, along: str | None = None, watch: bool = False) -> Outputs:
         """Fill the rows of `orbits`; return what is known of their last motions."""
-        scalar, outputs = self.scalar, new_outputs((len(orbits),), int(along != ""))
+        scalar, outputs = self.scalar, new_outputs((len(orbits),), int(along is not None))
         filled = np.zeros(len(orbits), dtype=np.int64)
-        driver = self._driver if along in ("", "d") else self._changing_driver
+        driver = self._changing_driver if along else self._driver
 
         def task(start: int, stop: int) -> None:
             driver.advance_orbits(
@@ -403,19 +410,19 @@ class PoolBackend(BatchBackend):
             **{name: getattr(tangents, name) for name in ("tangent_one", "tangent_both")},
         )
 
-    def pools(self, along: str) -> Pools:
+    def pools(self, along: str | None) -> Pools:
         """Pools for this thread, with the numbers of this model; `along`: what tangents go with."""
         model, local = self.scalar.model, self._local
-        held: dict[str, Pools] = local.__dict__.setdefault("pools", {})
+        held: dict[str | None, Pools] = local.__dict__.setdefault("pools", {})
         if along not in held:
             changes: list[dict[str, float]] = [{}, {}]
-            for block, own_name in model.law_parameters.get(along, ()):
+            for block, own_name in model.law_parameters.get(along or START, ()):
                 changes[block][own_name] = 1.0
             rows = self.series.rows(model.laws, changes)
-            held[along] = new_pools(int(along != ""), rows, self._steps.SIZE)
+            held[along] = new_pools(int(along is not None), rows, self._steps.SIZE)
         pools = held[along]
         pools.numbers[:] = self.numbers
-        if along not in ("", "d") and along in model.numbers:
+        if along and along in model.numbers:
             pools.numbers[:] += pair_changes(model.moved_plant(along))
         return pools
 

@@ -39,6 +39,7 @@ class Outputs(NamedTuple):
 
 
 UNTOLD = -1.0  # a margin that lanes leave to one motion at a time
+START = ""  # what tangents go with, if not with a parameter: no parameter has this name
 
 
 class Scratch(NamedTuple):
