@@ -139,11 +139,14 @@ class LabelBrackets:
     def _between_slivers(self) -> Bools:
         """Tell which brackets have slivers on both sides: where they are does not matter."""
         order = np.argsort(self.left.x, kind="stable")
-        left, right = self.left.x[order], self.right.x[order]
-        sliver = left[1:] - right[:-1] < self.mesh.resolution
+        left, right, step = self.left.x[order], self.right.x[order], self.mesh.resolution
+        # Of a branch between two brackets: what it measures at least, and at most.
+        least, most = left[1:] - right[:-1], right[1:] - left[:-1]
+        sliver, real = most < step, least > BLURRED * step  # real: no tie of events
         between = np.zeros(len(order), dtype=bool)
-        between[order[1:-1]] = sliver[1:] & sliver[:-1]
-        return between & (self.right.x - self.left.x <= BLURRED * self.mesh.resolution)
+        narrow = right[1:-1] - left[1:-1] <= BLURRED * step
+        between[order[1:-1]] = sliver[1:] & sliver[:-1] & (narrow | real[1:] | real[:-1])
+        return between
 
     def _append(self, left: Nodes, right: Nodes) -> None:
         """Add brackets, between a third label and the one that was known."""

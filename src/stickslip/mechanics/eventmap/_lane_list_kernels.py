@@ -303,7 +303,7 @@ def carry_block(
     # A round is one event or two of each motion, so that none passes max_events in these.
     believed = min(ROUNDS, (max_events + 1) // 2)
     for lap in range(max_events + 1):
-        if lap >= believed and n_one + n_crossing <= few:
+        if lap >= believed and (told is not None or n_one + n_crossing <= few):
             return
         crossed = ZERO
         if lap > 0:

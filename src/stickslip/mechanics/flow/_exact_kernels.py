@@ -42,6 +42,7 @@ from stickslip.numerics.roots import (
 )
 from stickslip.numerics.rounding import product, quotient, sum_of_two, two_product, two_sum
 from stickslip.numerics.targets import kernel
+from stickslip.numerics.trigonometry import sincos
 from stickslip.status import OK, STEP_FAILED
 
 # Time after which a phase is restarted from where it is, so that phases of long motions do
@@ -526,6 +527,14 @@ def move_both(system: System, laws: Floats, motion: Motion, work: Work, t: float
 
 
 @kernel(inline=True)
+def away_from_belt(system: System, laws: Floats, motion: Motion, block: int) -> tuple[float, float]:
+    """Rate of change of a slipping block's |w|, and that of the rate."""
+    sign = float(motion.mode[block])
+    pull = friction(system, laws, motion, block) - motion.e[block]
+    return sign * pull, -sign * loading_rate(system, motion.w, block)
+
+
+@kernel(inline=True)
 def mode_swings(
     system: System, laws: Floats, motion: Motion, w: Floats, e: Floats
 ) -> tuple[float, float]:
@@ -668,8 +677,7 @@ def landing_time(
     """Time at which a block next to the belt lands, just after `t`; inf if it does not."""
     sign = float(motion.mode[block])
     gap = sign * motion.w[block]
-    slope = sign * (friction(system, laws, motion, block) - motion.e[block])
-    curvature = -sign * loading_rate(system, motion.w, block)
+    slope, curvature = away_from_belt(system, laws, motion, block)
     if not all_but_touches(gap, slope, curvature, tolerance):
         return contact_time(t, gap, slope, curvature, tolerance)
     events = motion.event[0], motion.event[1]
@@ -709,30 +717,41 @@ def finish_both(
 @kernel
 def watch_both(system: System, laws: Floats, motion: Motion, work: Work, t_end: float) -> None:
     """Margins of lobes that turned back within a step: minima of |w| with w' = 0."""
-    swing_1, swing_2 = mode_swings(system, laws, motion, work.start_w, work.start_e)
-    stiffness = 1.0 + 2.0 * system.alpha
-    bound_3 = 0.5 * (swing_1 + stiffness * math.sqrt(stiffness) * swing_2)
-    pieces = 1 + int(4.0 * t_end * math.sqrt(stiffness))
-    for block in range(2):
-        sign = float(motion.mode[block])
-        if motion.event[block] == LANDING and t_end == 0.0:
-            continue
-        move_both(system, laws, motion, work, 0.0)
-        previous = sign * (friction(system, laws, motion, block) - motion.e[block])
-        if work.start_w[block] == 0.0:
-            previous = 1.0  # a slip starts by leaving zero
-        before = -sign * loading_rate(system, motion.w, block)
-        left = 0.0
-        for piece in range(1, pieces + 1):
-            right = t_end * piece / pieces
-            move_both(system, laws, motion, work, right)
-            slope = sign * (friction(system, laws, motion, block) - motion.e[block])
-            curvature = -sign * loading_rate(system, motion.w, block)
-            if previous < 0.0 <= slope:
-                lobe_margin(system, laws, motion, work, block, left, right, bound_3)
-            elif hides_a_turn(previous, slope, before, curvature, right - left):
-                short_lobe_margin(system, laws, motion, work, block, left, right, bound_3)
-            previous, before, left = slope, curvature, right
+    if t_end == 0.0:
+        return
+    frequency = math.sqrt(1.0 + 2.0 * system.alpha)
+    pieces = 1 + int(4.0 * t_end * frequency)
+    s, c = sincos(t_end / pieces)
+    z, u = sincos(frequency * t_end / pieces)
+    mode_1, mode_2 = 0.5 * motion.mode[0], 0.5 * motion.mode[1]
+    w_1, w_2 = work.start_w[0], work.start_w[1]
+    pull_1 = friction(system, laws, motion, 0) - work.start_e[0]
+    pull_2 = friction(system, laws, motion, 1) - work.start_e[1]
+    # Sum and difference turn by the same angles from look to look.
+    sum_w, sum_pull = w_1 + w_2 + 2.0 * system.V, pull_1 + pull_2
+    gap_w, gap_pull = frequency * (w_2 - w_1), pull_2 - pull_1
+    slope_1, slope_2 = mode_1 * (sum_pull - gap_pull), mode_2 * (sum_pull + gap_pull)
+    # A slip starts by leaving zero.
+    slope_1 = 1.0 if w_1 == 0.0 else slope_1
+    slope_2 = 1.0 if w_2 == 0.0 else slope_2
+    bend_1 = mode_1 * (frequency * gap_w - sum_w)
+    bend_2 = -mode_2 * (frequency * gap_w + sum_w)
+    for piece in range(pieces):
+        left, right = t_end * piece / pieces, t_end * (piece + 1) / pieces
+        sum_w, sum_pull = sum_w * c + sum_pull * s, sum_pull * c - sum_w * s
+        gap_w, gap_pull = gap_w * u + gap_pull * z, gap_pull * u - gap_w * z
+        later_1, later_2 = mode_1 * (sum_pull - gap_pull), mode_2 * (sum_pull + gap_pull)
+        bent_1 = mode_1 * (frequency * gap_w - sum_w)
+        bent_2 = -mode_2 * (frequency * gap_w + sum_w)
+        if slope_1 < 0.0 <= later_1:
+            lobe_margin(system, laws, motion, work, 0, left, right)
+        elif hides_a_turn(slope_1, later_1, bend_1, bent_1, right - left):
+            short_lobe_margin(system, laws, motion, work, 0, left, right)
+        if slope_2 < 0.0 <= later_2:
+            lobe_margin(system, laws, motion, work, 1, left, right)
+        elif hides_a_turn(slope_2, later_2, bend_2, bent_2, right - left):
+            short_lobe_margin(system, laws, motion, work, 1, left, right)
+        slope_1, bend_1, slope_2, bend_2 = later_1, bent_1, later_2, bent_2
     move_both(system, laws, motion, work, t_end)
 
 
@@ -745,17 +764,14 @@ def short_lobe_margin(
     block: int,
     left: float,
     right: float,
-    bound_3: float,
 ) -> None:
     """As `lobe_margin`, if |w| turns twice between two times at which it rises, or falls."""
-    sign = float(motion.mode[block])
     low, high, side = left, right, 0.0
     slope = 0.0
     for k in range(40):
         middle = high if k == 0 else 0.5 * (low + high)
         move_both(system, laws, motion, work, middle)
-        slope = sign * (friction(system, laws, motion, block) - motion.e[block])
-        curvature = -sign * loading_rate(system, motion.w, block)
+        slope, curvature = away_from_belt(system, laws, motion, block)
         if k == 0:
             side = curvature
         elif (curvature > 0.0) == (side > 0.0):
@@ -764,9 +780,9 @@ def short_lobe_margin(
             low = middle
     # Here the slope is extreme.
     if side > 0.0 and slope < 0.0:
-        lobe_margin(system, laws, motion, work, block, low, right, bound_3)
+        lobe_margin(system, laws, motion, work, block, low, right)
     elif side < 0.0 and slope >= 0.0:
-        lobe_margin(system, laws, motion, work, block, left, low, bound_3)
+        lobe_margin(system, laws, motion, work, block, left, low)
 
 
 @kernel
@@ -778,25 +794,23 @@ def lobe_margin(
     block: int,
     low: float,
     high: float,
-    bound_3: float,
 ) -> None:
     """Smallest |w| between `low` and `high`, where it falls at first and rises at last."""
-    sign = float(motion.mode[block])
     t = 0.5 * (low + high)
     for _ in range(60):
         move_both(system, laws, motion, work, t)
-        slope = sign * (friction(system, laws, motion, block) - motion.e[block])
+        slope, curvature = away_from_belt(system, laws, motion, block)
         if slope < 0.0:
             low = t
         else:
             high = t
-        curvature = -sign * loading_rate(system, motion.w, block)
         if curvature > 0.0 and abs(slope) <= 1e-12 * curvature:
             break
         t = t - slope / curvature if curvature > 0.0 else low
         if not low < t < high:
             t = 0.5 * (low + high)
-    work.margin[0] = min(work.margin[0], max(sign * motion.w[block], 0.0))
+    nearest = float(motion.mode[block]) * motion.w[block]
+    work.margin[0] = min(work.margin[0], max(nearest, 0.0))
 
 
 @kernel

@@ -7,7 +7,7 @@ parameter: it vanishes wherever its signs differ. Where the branches change, the
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 import numpy as np
@@ -162,6 +162,7 @@ class _Search:
     classes: SymbolClasses
     narrowest: float
     known: dict[Name, BreakImages]  # at the first value: their names hold
+    seen: dict[float, dict[Name, BreakImages]] = field(default_factory=dict)  # at others
 
     def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[Suspect]:
         (p, a), (q, b) = low, high
@@ -200,8 +201,10 @@ class _Search:
         f, border = self.family.at(q), near.border
         if isinstance(border, TrackedDiscontinuity):
             if not (border.labelled and self.classes.telling):
-                found = images_of_breaks(branch_table(f), self.max_period, self.classes)
-                return _renamed(found, self.known).get(name)
+                if q not in self.seen:
+                    found = images_of_breaks(branch_table(f), self.max_period, self.classes)
+                    self.seen[q] = _renamed(found, self.known)
+                return self.seen[q].get(name)
         try:
             # What takes the place of a break that is gone may end another branch.
             reading = border.at(f, successors=False)

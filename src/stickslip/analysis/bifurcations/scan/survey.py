@@ -277,8 +277,11 @@ class Survey:
     def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
         """Find the collisions of orbits that are in neither list; return what is no collision."""
         unexplained = []
+        # Where a crowd takes a table at each value, those at the ends of the span have to do.
+        coarse = self.crowded and not self.classes.telling
+        narrowest = math.inf if coarse else BESIDE * self.scale
         for suspect in hidden_collisions(
-            span.left, span.right, self.family, self.max_period, self.classes, BESIDE * self.scale
+            span.left, span.right, self.family, self.max_period, self.classes, narrowest
         ):
             event = located(suspect, self.family, self._within(span))
             if event is not None:
