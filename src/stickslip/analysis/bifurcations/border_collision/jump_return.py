@@ -5,14 +5,19 @@ Past the collision by mu, f^p beside the jump is u -> a u + mu, and the way back
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
+from stickslip.analysis.maps.protocol import (
+    clip_to_domain,
+    domain_width,
+    iterate,
+    values_and_slopes,
+)
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -29,6 +34,7 @@ LONGEST_CYCLE: Final = 1024  # recognised where the far image settles
 RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves when CLOSE
 FIRST_LOOK: Final = 256  # steps after which to look whether the far image has settled
 SHOWN: Final = 64  # images kept
+MOST_AHEAD: Final = 1024  # images made at once
 N_WINDOWS: Final = 10_000  # numbers n tried
 
 
@@ -99,83 +105,87 @@ def far_image(
     if period < 1:
         raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
     if multiplier is None:
-        near = _Walk(f, border, side, side)
-        for _ in range(period - 1):
-            near.step()
-        multiplier = near.slope
+        multiplier = _Walk(f, border, side, side).slope(period)
     far = _Walk(f, border, side, -side)
-    visited = [far.x]
-    local = (math.nan, math.nan)
-    look, cycle = FIRST_LOOK, 0
-    while far.k < max_steps and not math.isnan(far.x) and not cycle:
-        if far.k == period:
-            local = (far.slope, far.u)
-        if _converges(far, multiplier, period):
-            return _returned(far, multiplier, period, local, visited)
-        if far.k >= look:
-            cycle = _recurrence(np.array(visited), domain_width(f))
+    look, cycle, k = FIRST_LOOK, 0, 1
+    while k < max_steps and not math.isnan(far.x(k)) and not cycle:
+        if far.converges(k, multiplier, period):
+            return _returned(far, k, multiplier, period)
+        if k >= look:
+            cycle = _recurrence(far.path(k), domain_width(f))
             look *= 2
-        far.step()
-        visited.append(far.x)
-    path = tuple(visited[:SHOWN])
-    if math.isnan(far.x):
-        return FarImage(period, multiplier, *local, fate="leaves", steps=far.k, path=path)
+        k += 1
+    local = far.local(k, period)
+    path = tuple(far.path(k)[:SHOWN].tolist())
+    if math.isnan(far.x(k)):
+        return FarImage(period, multiplier, *local, fate="leaves", steps=k, path=path)
     fate: Fate = "settles" if cycle else "wanders"
     return FarImage(period, multiplier, *local, fate=fate, cycle=cycle, path=path)
 
 
 class _Walk:
-    """An orbit that starts with the value on one side of a border, and its derivative."""
+    """Images 1, 2, ... of one side of a border and their derivatives, made some at a time."""
 
     def __init__(self, f: Map1D, border: OneSided, near: int, start: int) -> None:
-        self._f, self._near = f, near
+        self._f, self._near, self._width = f, near, domain_width(f)
+        self._iterate = getattr(f, "iterate", partial(iterate, f))
         self._c = border.interval[0] if near < 0 else border.interval[1]
-        self.x = border.left if start < 0 else border.right
-        self.slope = border.left_slope if start < 0 else border.right_slope
-        self.k = 1
+        self._x = np.array([border.left if start < 0 else border.right])
+        self._slope = np.array([border.left_slope if start < 0 else border.right_slope])
 
-    @property
-    def u(self) -> float:
-        """Displacement from the border, positive on the far side."""
-        return -self._near * (self.x - self._c)
+    def _make(self, k: int) -> None:
+        """Make the images up to k, each time as many as there are."""
+        while len(self._x) < k:
+            last, n = self._x[-1:], min(len(self._x), MOST_AHEAD)
+            _, inside = clip_to_domain(self._f.domain, last)
+            orbit = self._iterate(last, n)[0] if inside.all() else np.full(n + 1, np.nan)
+            with np.errstate(over="ignore", invalid="ignore"):
+                slopes = self._slope[-1] * np.cumprod(values_and_slopes(self._f, orbit[:-1])[1])
+            self._x = np.concatenate([self._x, orbit[1:]])
+            self._slope = np.concatenate([self._slope, slopes])
 
-    def step(self) -> None:
-        """Apply the map once more; NaN stays once the orbit has left."""
-        (self.x,), (slope,) = (
-            one.tolist() for one in values_and_slopes(self._f, np.array([self.x]))
-        )
-        self.slope *= slope
-        self.k += 1
+    def x(self, k: int) -> float:
+        """Image k; NaN stays once the orbit has left."""
+        self._make(k)
+        return float(self._x[k - 1])
 
-    def close(self) -> bool:
-        """Whether the orbit is beside the border, on the near side."""
-        return -CLOSE * domain_width(self._f) < self.u < 0
+    def slope(self, k: int) -> float:
+        """Return the derivative of f^k."""
+        self._make(k)
+        return float(self._slope[k - 1])
+
+    def u(self, k: int) -> float:
+        """Displacement of image k from the border, positive on the far side."""
+        return -self._near * (self.x(k) - self._c)
+
+    def path(self, k: int) -> Floats:
+        """Return the first k images."""
+        self._make(k)
+        return self._x[:k]
+
+    def local(self, k: int, period: int) -> tuple[float, float]:
+        """Slope and height of f^p on the far side, if the first k images tell."""
+        return (self.slope(period), self.u(period)) if k > period else (math.nan, math.nan)
+
+    def converges(self, k: int, a: float, period: int) -> bool:
+        """Whether image k is beside the border on the near side, and f^p contracts it by a."""
+        if not (0 < a < 1 and -CLOSE * self._width < self.u(k) < 0):
+            return False
+        return abs(self.u(k + period) / self.u(k) - a) < AS_PREDICTED
 
 
-def _converges(far: _Walk, a: float, period: int) -> bool:
-    """Whether an orbit is beside the border on the near side, and f^p contracts it by a."""
-    if not (0 < a < 1 and far.close()):
-        return False
-    ahead = copy.copy(far)
-    for _ in range(period):
-        ahead.step()
-    return abs(ahead.u / far.u - a) < AS_PREDICTED
-
-
-def _returned(
-    far: _Walk, a: float, period: int, local: tuple[float, float], visited: list[float]
-) -> FarImage:
+def _returned(far: _Walk, k: int, a: float, period: int) -> FarImage:
     """Divide the contraction of whole turns beside the border out of the way back."""
-    turns = (far.k - 1) // period
+    turns = (k - 1) // period
     return FarImage(
         period,
         a,
-        *local,
+        *far.local(k + 1, period),
         fate="returns",
-        steps=far.k - turns * period,
-        height=-far.u / a**turns,
-        slope=far.slope / a**turns,
-        path=tuple(visited[:SHOWN]),
+        steps=k - turns * period,
+        height=-far.u(k) / a**turns,
+        slope=far.slope(k) / a**turns,
+        path=tuple(far.path(k)[:SHOWN].tolist()),
     )
 
 
