@@ -78,6 +78,26 @@ def test_maps_of_random_structures_go_where_their_motions_go(first: int) -> None
     assert dimensions > 4
 
 
+def test_a_limit_that_falls_while_all_contacts_stick_is_met() -> None:
+    """Needed forces and limits are straight lines then: no series ends the step."""
+    law = ss.Coulomb(mu=0.4)
+    loaded = ss.Contact(at=1, friction=law, static=1.0, V=0.2, load=[-0.5, -0.5])
+    model = ss.Structure(
+        [1.0, 1.0], [[2.0, 1.0], [1.0, 3.0]],
+        contacts=[loaded, ss.Contact(at=0, friction=law, static=1.0, V=0.2)],
+    )  # fmt: skip
+    f = ss.return_map(model, contact=1, event="landing")
+    start = [-0.2, 0.1], [0.2, 0.2]
+    motion = ss.simulate(model, *start, t_end=20.0)
+    (first, *_) = returns(model, "landing", 1, f.direction, motion)
+    found = f.evaluate(f.point(*start))
+    np.testing.assert_allclose(found.duration, first, rtol=1e-13)
+    np.testing.assert_allclose(found.value, f.point(motion.x(first), motion.v(first)), rtol=1e-12)
+    # Contact 0 needs 0.1 + 0.8 t and has 1.05 - 0.2 t.
+    assert motion.modes[1].tolist() == [-1, 0]
+    np.testing.assert_allclose(motion.t[1], 0.95, rtol=1e-14)
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_derivatives_are_the_limits_of_differences(seed: int) -> None:
     if (case := drawn(seed)) is None:

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.reference.dormand import Follower
 from tests.reference.elastic import Elastic, random_elastic
 from tests.reference.structures import LAWS
 from tests.sizes import slow
@@ -161,6 +162,26 @@ def test_a_foot_stays_at_its_limit_while_its_body_rests() -> None:
         (2, "stick"),
     ]
     np.testing.assert_allclose(motion.friction(20.0)[1], -0.3, rtol=1e-14)
+
+
+def test_a_foot_sticks_where_another_contact_brings_its_body_to_rest() -> None:
+    """Pulled on the same way, it holds up to its limit again: it does not slide on."""
+    for seed in (285, 448):
+        rng = np.random.default_rng(seed)
+        b, half = [rng.uniform(-2, 2)], ss.Coulomb(mu=0.5)
+        contacts = [
+            ss.Contact(at=b, friction=half, static=0.3, stiffness=5.0),
+            ss.Contact(at=0, friction=half, static=0.8),
+            ss.Contact(at=0, friction=half, static=0.3, V=ss.Harmonic(0.4, 0.7, 0.3)),
+        ]
+        forcing = ss.Harmonic(rng.uniform(0.5, 1.5), rng.uniform(0.3, 2.0), rng.uniform(0, 6))
+        model = ss.Structure([1.0], [[1.0]], contacts=contacts, forcing=forcing)
+        q, v = rng.normal(size=1), rng.normal(size=1)
+        motion = ss.simulate(model, q, v, t_end=12.0, record="events")
+        events = [(event.time, event.block - 1, MODES[event.kind]) for event in motion.events]
+        expected = Follower(model).follow(q, v, 12.0, choices=events)
+        assert len(motion.events) == len(expected.events)
+        np.testing.assert_allclose(motion.final_state.x[:1], expected.q, rtol=0, atol=1e-12)
 
 
 # --- against a plain integration ------------------------------------------------------------------

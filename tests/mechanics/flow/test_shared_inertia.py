@@ -339,3 +339,30 @@ def test_what_is_refused_says_why() -> None:
         ss.return_map(two_bodies(V=0.1))
     with pytest.raises(ValueError, match="no event map"):
         ss.event_map(two_bodies(V=0.1))
+
+
+def test_releases_are_where_needed_forces_reach_limits() -> None:
+    """Forces that hold a contact follow from rates, which series tell less accurately."""
+    law = ss.Stribeck(mu=0.5, speed=0.13)
+    rng = np.random.default_rng(45)
+    contacts = [
+        ss.Contact(at=0, friction=law, static=1.2, V=-0.2),
+        ss.Contact(at=0, friction=law, static=0.6, V=ss.Harmonic(0.3, 2.8, rng.uniform(0, 6))),
+    ]
+    forcing = ss.Harmonic(0.7, 1.7, rng.uniform(0, 6))
+    model = ss.Structure([0.6], [[0.6]], contacts=contacts, forcing=forcing)
+    q, v = rng.normal(size=1), rng.normal(size=1)
+    motion = ss.simulate(model, q, v, t_end=10.0)
+    expected = Plain(model).follow(q, v, 10.0)
+    times = [event.time for event in motion.events]
+    np.testing.assert_allclose(times, [t for t, *_ in expected.events], rtol=0, atol=1e-11)
+
+
+def test_a_body_between_belts_of_nearly_one_velocity_rests_on_one_of_them() -> None:
+    law = ss.Coulomb(mu=0.4)
+    ground = ss.Contact(at=0, friction=law, static=1.0)
+    belt = ss.Contact(at=0, friction=law, static=0.8, V=5e-12)
+    model = ss.Structure([1.0], [[0.0]], contacts=[ground, belt])
+    motion = ss.simulate(model, [0.0], [1.0], t_end=5.0)
+    assert motion.modes[-1].tolist() == [1, 0]  # kinetic friction 0.4 does not reach 0.8
+    np.testing.assert_allclose(motion.friction(4.0), [-0.4, 0.4], rtol=1e-12)

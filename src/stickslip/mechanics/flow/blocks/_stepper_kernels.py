@@ -317,9 +317,9 @@ def row_coefficient(system: BlockSystem, work: BlockWork, row: int, k: int) -> f
 
 @kernel(inline=True)
 def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol: float) -> float:
-    """Step after which the last two terms of every series are below `rtol`; inf without series."""
+    """Step after which the last two terms of every series are below `rtol`."""
     if work.n_active[0] == 0 and work.n_active[1] == 0:
-        return LONGEST_STEP if COUPLED else math.inf
+        return LONGEST_STEP if COUPLED else straight_length(system, motion, work)
     largest = 0.0
     for k in (ORDER - 1, ORDER):
         size = 0.0
@@ -332,6 +332,10 @@ def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol:
             i = work.flowing[a]
             if moves(system, motion, i):  # else w bends y, and tells its size
                 size = max(size, abs(work.z[i, k]))
+        if COUPLED:  # forces that hold contacts follow from rates, which converge later
+            for i in range(motion.mode.shape[0]):
+                if motion.mode[i] == 0:
+                    size = max(size, abs(work.joint.force[i, k]))
         if size > 0.0:
             largest = max(largest, math.exp(math.log(size / rtol) / k))
     if largest == 0.0 and work.n_active[0] == 0 and not COUPLED:
@@ -382,6 +386,9 @@ def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: fl
         if motion.mode[i] != 0:
             slip_signal(motion, work, i)
             t = first_contact(work.signal, h, work.signal[0] == 0.0, SLACK * EPSILON)
+            if FEET and system.foot[i] >= 0:
+                if first_term(system, motion, work, i, 0, system.mass[i]) > ORDER:
+                    t = 0.0  # its body has come to rest with another contact
             h = keep_first(motion, i, LANDING, t, h)
         elif COUPLED:
             pass  # below
@@ -508,16 +515,27 @@ def calm(system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int) 
     """Take rounding out of the rates of a signal at 0 of a foot, as where it has just landed."""
     if system.foot[block] < 0:
         return
+    first = first_term(system, motion, work, block, 1, 1.0)
+    for k in range(1, first):
+        work.signal[k] = 0.0
+    if first > ORDER:
+        work.signal[0] = 1.0  # the body rests, and the foot stays at its limit
+
+
+@kernel
+def first_term(
+    system: BlockSystem, motion: BlockMotion, work: BlockWork, block: int, start: int, unit: float
+) -> int:
+    """First coefficient of a foot's signal, in this unit, that rounding does not explain."""
     size = system.mass[block]
     for row in (needed_row(motion, block), limit_row(motion, block)):
         for entry in range(system.first[row], system.first[row + 1]):
             _, terms = row_value(system, motion, system.column[entry])
             size += abs(system.entry[entry]) * terms
-    for k in range(1, ORDER + 1):
-        if abs(work.signal[k]) > FORCE_ROUNDING * EPSILON * size:
-            return
-        work.signal[k] = 0.0
-    work.signal[0] = 1.0  # the body rests, and the foot stays at its limit
+    for k in range(start, ORDER + 1):
+        if unit * abs(work.signal[k]) > FORCE_ROUNDING * EPSILON * size:
+            return k
+    return ORDER + 1
 
 
 @kernel(inline=True)

@@ -38,7 +38,7 @@ COUPLED: bool  # bound in templates: whether contacts share inertia
 # Of a contact's inertia, what is none: sticking contacts hold all of it.
 DEPENDENT = 1e-9
 # Of the fastest relative velocity, what is rounding.
-RESTS = 1e-11
+RESTS = 1e-13
 # Of a mechanism's overload: those that are closer to the largest begin together.
 ALIKE = 1e-10
 
