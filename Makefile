@@ -68,6 +68,8 @@ evidence: $(STAMPS)/dev
 		--share 0 --max-events 400 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.drivers coulomb --systems 10000 --points 1000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.drivers law9 --systems 100000 --points 100 --jobs $(JOBS)
+	$(PY) -m tests.acceptance.structures own shared elastic --n 35000 --jobs $(JOBS)
+	$(PY) -m tests.acceptance.structures near maps returns --n 1000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.interrupts --n 500
 	$(PY) -m tests.acceptance.mutants
 	$(PY) -m tests.acceptance.covered --jobs $(JOBS)
