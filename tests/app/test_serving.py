@@ -16,6 +16,7 @@ from websockets.sync.client import connect
 
 import stickslip as ss
 from stickslip.app import widget
+from stickslip.app.server import listening_socket
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +54,15 @@ def test_a_law_that_is_python_is_no_address():
         ss.explore(model)
     with pytest.raises(ValueError, match="height"):
         ss.explore(height=0)
+
+
+def test_no_part_of_an_answer_waits_for_word_of_the_one_before():
+    with (
+        listening_socket("127.0.0.1", 0) as listener,
+        socket.create_connection(listener.getsockname()),
+        listener.accept()[0] as accepted,
+    ):
+        assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 def test_messages_are_bounded(explorer):
