@@ -12,7 +12,7 @@ from stickslip.app import compiler
 from stickslip.app.compiler import Compiler, typical
 from stickslip.app.exports import KNOWN
 from stickslip.app.jobs import CalledOffError, Gate, Job
-from stickslip.app.requests import request_of
+from stickslip.app.requests import Motion, request_of
 
 LAW9 = {**COULOMB, "friction": {"law": "popp-stelter", "gamma": 3.0}}
 MIXED = {**COULOMB, "friction": [COULOMB["friction"], LAW9["friction"]]}
@@ -56,6 +56,19 @@ def test_a_process_compiles_once(tmp_path, monkeypatch):
     mark.unlink()
     with pytest.raises(FileNotFoundError):
         Compiler().prepare([asked("motion", d=0.2)])
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_the_server_compiles_where_no_process_can_do_it_for_it(kept, tmp_path, monkeypatch):
+    answered = []
+    monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path if kept else None)
+    monkeypatch.setattr(Compiler, "_run", lambda self, todo, report: False)
+    monkeypatch.setitem(compiler.VIEWS, Motion, lambda small: answered.append(small) or ())
+    ours = Compiler()
+    for d in (0.1, 0.2):
+        ours.prepare([asked("motion", d=d)])
+    assert answered == [typical(asked("motion", d=0.1))]
+    assert not list(tmp_path.rglob("*"))
 
 
 def test_who_is_called_off_waits_no_longer_for_the_compiler(tmp_path, monkeypatch):

@@ -13,7 +13,7 @@ from tests.app.talk import CHAIN, COULOMB, opened, unpack
 
 import stickslip as ss
 from stickslip.analysis.work import in_threads
-from stickslip.app import requests, server
+from stickslip.app import explorer, requests
 from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.pictures import DRAW
 from stickslip.app.requests import Part
@@ -222,7 +222,7 @@ def test_the_compiler_is_waited_for_before_an_answer_is_timed(monkeypatch):
         return iter(())
 
     monkeypatch.setitem(VIEWS, requests.Locus, needs_the_compiler)
-    monkeypatch.setattr(server, "_first_asked", compiling)
+    monkeypatch.setattr(explorer, "_first_asked", compiling)
     with (
         TestClient(application(host="testserver", limits=Limits(seconds=0.2))) as client,
         opened(client) as page,
@@ -340,7 +340,7 @@ def test_other_sites_are_refused(client):
 
 
 def test_every_answer_has_safe_headers(client):
-    for path in ("/", "/limits.json", "/nowhere"):
+    for path in ("/", "/static/shipped/limits.json", "/nowhere"):
         headers = client.get(path).headers
         assert headers["x-content-type-options"] == "nosniff"
         policy = headers["content-security-policy"]

@@ -10,7 +10,8 @@ from tests.app.talk import unpacked
 
 import stickslip as ss
 from stickslip.app import live, shipped
-from stickslip.app.page import made_presets, preset_names, presets
+from stickslip.app.folder import LIMITS, PRESETS, preset_names, presets
+from stickslip.app.page import described_limits, made_presets
 from stickslip.app.requests import plain
 from stickslip.cli.program import run
 
@@ -63,6 +64,11 @@ def test_the_presets_that_are_shipped_are_those_that_are_made():
     assert all(close(a, b) for a, b in zip(leaves(presets()), leaves(made), strict=True))
 
 
+def test_the_limits_that_are_shipped_are_those_that_are_described():
+    kept = msgspec.json.decode((shipped.SHIPPED / LIMITS).read_bytes())
+    assert kept == msgspec.json.decode(msgspec.json.encode(described_limits()))
+
+
 def test_the_list_names_every_preset_s_questions():
     entries = json.loads((shipped.SHIPPED / shipped.INDEX).read_text())
     listed = {entry["file"]: (entry["view"], entry["request"]) for entry in entries}
@@ -90,7 +96,8 @@ def test_making_writes_what_is_read(tmp_path, monkeypatch, capsys):
     assert {file.name for file in (tmp_path / "made").iterdir()} == {
         *few,
         shipped.INDEX,
-        "presets.json",
+        PRESETS,
+        LIMITS,
     }
     (law,) = unpacked(shipped.read("coulomb-law.bin", tmp_path / "made"))
     assert law.arrays["force"].dtype == np.float32
@@ -99,14 +106,17 @@ def test_making_writes_what_is_read(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.count("\n") == len(few)
 
 
+def first_views(page):
+    return json.loads((page / "static" / "shipped" / PRESETS).read_text())
+
+
 def test_the_page_is_written_into_a_folder(tmp_path, capsys):
     folder = tmp_path / "page"
     for _ in range(2):  # over what an older version wrote, too
         assert run(["explore", "--export", str(folder)]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(folder / "index.html")
     assert "data-alone" in (folder / "index.html").read_text(encoding="utf-8")
-    assert json.loads((folder / "limits.json").read_text())["exports"] == {}
-    assert len(json.loads((folder / "presets.json").read_text())) == len(preset_names())
+    assert len(first_views(folder)) == len(preset_names())
     content = shipped.read("coulomb-map.bin", folder / "static" / "shipped")
     explained = list(unpacked(content))[-1].arrays
     f = ss.event_map(ss.examples.coulomb())
@@ -163,7 +173,7 @@ def test_the_written_page_has_the_answers_for_a_plant_of_ones_own(
     mine, page = tmp_path / "mine.toml", tmp_path / "page"
     ss.write_model(model, mine)
     assert run(["explore", "--model", str(mine), "--export", str(page)]) == 0
-    state = json.loads((page / "presets.json").read_text())[0]["state"]
+    state = first_views(page)[0]["state"]
     assert "diagram" in {slot for slot, *_ in asked(state)} or model.n_blocks == 1
     kept = page / "static" / "shipped"
     entries = json.loads((kept / shipped.INDEX).read_text())
@@ -180,10 +190,10 @@ def test_the_written_page_begins_with_the_plant_of_a_file_or_a_preset(tmp_path, 
     mine, folder = tmp_path / "mine.toml", tmp_path / "page"
     ss.write_model(ss.examples.coulomb(alpha=0.7, V=0.08), mine)
     assert run(["explore", "--model", str(mine), "--export", str(folder)]) == 0
-    first, *others = json.loads((folder / "presets.json").read_text())
+    first, *others = first_views(folder)
     assert (first["title"], first["state"]["model"]["alpha"]) == ("mine.toml", 0.7)
     assert [view["name"] for view in others] == list(preset_names())
     assert run(["explore", "--preset", "law9", "--export", str(folder)]) == 0
-    views = [view["name"] for view in json.loads((folder / "presets.json").read_text())]
+    views = [view["name"] for view in first_views(folder)]
     assert (views[0], sorted(views)) == ("law9", sorted(preset_names()))
     assert run(["explore", "--preset", "no", "--export", str(folder)]) == 2

@@ -9,7 +9,7 @@ from tests.app.test_views import numbers_of
 
 import stickslip as ss
 from stickslip.app import requests
-from stickslip.app.page import presets
+from stickslip.app.folder import presets
 from stickslip.app.server import application
 from stickslip.app.views.model import assembly
 from stickslip.cli.program import run

@@ -10,7 +10,8 @@ from tests.mechanics.eventmap.unequal import pair
 import stickslip as ss
 from stickslip.app.as_python import TEXTS, as_python
 from stickslip.app.exports import KNOWN
-from stickslip.app.page import described_limits, presets
+from stickslip.app.folder import presets
+from stickslip.app.page import described_limits
 from stickslip.app.pictures import DRAW
 from stickslip.app.requests import REQUESTS, request_of
 from stickslip.app.views import VIEWS

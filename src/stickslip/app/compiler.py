@@ -61,9 +61,11 @@ class Compiler:
         # wait, not a process that compiles. BadRequestError for one formula too many.
         keyed = {_key(small): small for request in asked if (small := typical(request))}
         self._count(text for small in keyed.values() for text in _formulas(small))
-        if keyed.keys() <= self._done or (root := cache_root()) is None:
+        if keyed.keys() <= self._done:
             return
-        work = self._queue.submit(self._compile, keyed, root / "explorer", report)
+        root = cache_root()
+        marks = None if root is None else root / "explorer"
+        work = self._queue.submit(self._compile, keyed, marks, report)
         try:
             while not wait([work], PATIENCE).done:
                 check()
@@ -74,15 +76,18 @@ class Compiler:
     def _compile(
         self,
         keyed: dict[str, requests.Request],
-        marks: Path,
+        marks: Path | None,
         report: Callable[[int, int], None],
     ) -> None:
-        marks.mkdir(exist_ok=True)
-        todo = [small for key, small in keyed.items() if not (marks / key).exists()]
-        if not todo or self._run(todo, report):
+        todo = [small for key, small in keyed.items() if not (marks and (marks / key).exists())]
+        if marks is None or (todo and not self._run(todo, report)):
+            for small in todo:
+                _answer(small)
+        else:
+            marks.mkdir(exist_ok=True)
             for key in keyed:
                 (marks / key).touch()
-        self._done |= keyed.keys()  # what failed is not tried again, but compiled when needed
+        self._done |= keyed.keys()
 
     def _count(self, formulas: Iterable[str]) -> None:
         known = self._formulas.union(formulas)
@@ -220,12 +225,17 @@ def _asked(content: bytes) -> Iterator[requests.Request]:
         yield requests.request_of(view, request)
 
 
+def _answer(request: requests.Request) -> None:
+    """Load the kernels that an answer needs, or compile them."""
+    with suppress(ValueError):  # such as a motion without a cycle
+        for _ in VIEWS[type(request)](request):
+            pass
+
+
 def main() -> None:
     """Answer requests: their kernels stay in the cache."""
     for request in _asked(sys.stdin.buffer.read()):
-        with suppress(ValueError):  # such as a motion without a cycle
-            for _ in VIEWS[type(request)](request):
-                pass
+        _answer(request)
         print(flush=True)  # one line for each that is ready
 
 

@@ -10,7 +10,6 @@ import asyncio
 import csv
 import io
 import math
-import shutil
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any, Final, NamedTuple
@@ -81,15 +80,8 @@ class File(NamedTuple):
 
 
 def formats(view: str) -> list[str]:
-    """Return the formats of a view that this machine can write."""
-    return [kind for kind in _all_formats(KNOWN[view]) if kind != "mp4" or _films()]
-
-
-def _films() -> bool:
-    return shutil.which("ffmpeg") is not None
-
-
-def _all_formats(kind: type[requests.Request]) -> list[str]:
+    """Return the formats of a view; MP4 needs a program, too."""
+    kind = KNOWN[view]
     listed = ["svg", "png"] + ["csv"] * (kind in COLUMNS)
     listed += ["json"] if kind in VIEWS else []
     listed += ["gif", "mp4"] if kind is requests.Mechanism else []
@@ -98,11 +90,9 @@ def _all_formats(kind: type[requests.Request]) -> list[str]:
 
 def export(view: str, request: requests.Request, kind: str) -> File:
     """Make a file of a view, of one of its `formats`."""
-    known = _all_formats(type(request))
+    known = formats(view)
     if kind not in known:
         raise BadRequestError(f"format = {kind!r} of {view}. {did_you_mean(kind, known)}", "format")
-    if kind == "mp4" and not _films():
-        raise NotHereError("MP4 needs the program ffmpeg on the server's machine. Take GIF.")
     ending = "py" if kind == "python" else kind
     name = f"stickslip-{view.replace('_', '-')}.{ending}"
     return File(_content(request, kind), TYPES[kind], name)
@@ -117,9 +107,12 @@ def _content(request: requests.Request, kind: str) -> bytes:
         case "csv":
             return as_csv(request).encode()
     from stickslip.app.pictures import film_of, picture_of  # loads matplotlib
+    from stickslip.plot.animation import can_write
 
     if kind in ("gif", "mp4"):
         assert isinstance(request, requests.Mechanism)
+        if not can_write(kind):
+            raise NotHereError("MP4 needs the program ffmpeg on the server's machine. Take GIF.")
         return film_of(request, kind)
     return picture_of(request, kind)
 

@@ -15,11 +15,12 @@ from typing import Any, Final
 
 import msgspec
 
-IMPORT: Final = re.compile(r'(?<=from ")(\.[^"]+)(?=";)')
+from stickslip.app.folder import IMPORT
+
 THREAD: Final = "static/live.js"
 FIRST: Final = "static/one-file.js"
 STYLE: Final = '<link rel="stylesheet" href="static/style.css" />'
-ICON: Final = re.compile(r' *<link rel="icon".*\n')
+LOADED: Final = re.compile(r' *<link rel="(?:icon|modulepreload)".*\n')
 NO_SERVER: Final = re.compile(r" *<script>if .*</script>\n")
 MAIN: Final = '<script type="module" src="static/main.js"></script>'
 
@@ -52,7 +53,7 @@ def one_file(folder: Path) -> str:
 <script>{scripts[FIRST]}</script>
 <script type="importmap">{_json({"imports": imports})}</script>
 <script type="module">import "static/main.js";</script>"""
-    page = ICON.sub("", NO_SERVER.sub("", page))
+    page = LOADED.sub("", NO_SERVER.sub("", page))
     return page.replace(STYLE, f"<style>{style}</style>").replace(MAIN, head)
 
 

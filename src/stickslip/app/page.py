@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from functools import cache
 from importlib.resources import as_file, files
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,6 +12,7 @@ import msgspec
 from stickslip import examples
 from stickslip.app import requests
 from stickslip.app.exports import KNOWN, formats
+from stickslip.app.folder import presets
 from stickslip.app.requests import SLIDERS
 from stickslip.app.views.model import told_map
 from stickslip.mechanics.friction import LAWS
@@ -121,8 +121,6 @@ def _helmholtz() -> dict[str, Any]:
     x, v = helmholtz(PLACE, MODEL.contacts[0].static)
     return {"x": x.tolist(), "v": v.tolist()}
 
-
-PRESETS: Final = files("stickslip.app") / "static" / "shipped" / "presets.json"
 
 FORWARD: Final = requests.Section(direction="forward")
 
@@ -261,18 +259,6 @@ def made_presets() -> list[dict[str, Any]]:
         "damper": ("A friction damper", damper),
     }
     return [{"name": name, "title": t, "state": state} for name, (t, state) in listed.items()]
-
-
-@cache
-def presets() -> list[dict[str, Any]]:
-    """Return names, titles and states of the page."""
-    known: list[dict[str, Any]] = msgspec.json.decode(PRESETS.read_bytes())
-    return known
-
-
-def preset_names() -> list[str]:
-    """Return the names of the views that a page can be opened with."""
-    return [preset["name"] for preset in presets()]
 
 
 def described_limits() -> dict[str, Any]:

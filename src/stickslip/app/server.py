@@ -1,24 +1,22 @@
-"""The web server: the page, what its controls are built from, its WebSocket; and running it.
+"""The web server: the page, and the way to what computes for it; running it.
 
-Headers of all answers keep other web pages out. Kernels are compiled in the background, so that the
-first slider moves without a wait. It runs in the foreground for the command line, in a thread for a
-notebook.
+Headers of all answers keep other web pages out. It runs in the foreground for the command line, in
+a thread for a notebook.
 """
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import socket
 import sys
 import threading
 import time
 import webbrowser
-from collections import Counter
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
-from functools import cache
-from importlib.resources import files
-from typing import Any, Final
+from contextlib import asynccontextmanager, contextmanager, suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
 import msgspec
@@ -27,25 +25,17 @@ from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-import stickslip
-from stickslip import examples
-from stickslip.app import requests
-from stickslip.app.compiler import Compiler
-from stickslip.app.exports import LARGEST, Downloads, read_body
-from stickslip.app.jobs import Gate
-from stickslip.app.page import described_limits, of_model, presets
-from stickslip.app.requests import BadRequestError, model_of_text
-from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
-from stickslip.app.views import VIEWS
-from stickslip.mechanics.model.file import model_of_values, model_values
-from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.numerics.targets import available_threads
+from stickslip.app.folder import PRESETS, SHIPPED, STATIC, page, presets
+
+if TYPE_CHECKING:
+    from stickslip.app.explorer import Explorer
+    from stickslip.app.session import Limits
 
 LOCAL: Final = ("127.0.0.1", "localhost", "[::1]")
 EVERYWHERE: Final = ("0.0.0.0", "::")
@@ -55,12 +45,7 @@ POLICY: Final = (
     "form-action 'none'; object-src 'none'; frame-ancestors 'self'"
 )
 
-LOG: Final = logging.getLogger(__name__)
-WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
-STATIC: Final = files("stickslip.app") / "static"
-LIMITS: Final = Limits()
-FULL: Final = "too many pages are open"
-ALONE: Final = 1.0  # seconds that a server waits for its first page before it prepares kernels
+ALONE: Final = 1.0  # seconds for which files alone are served before a page comes
 
 
 def hosts_of(host: str) -> tuple[str, ...]:
@@ -121,98 +106,10 @@ class SafeHeaders:
         await answer(scope, receive, send)
 
 
-class Warmth:
-    """Whether the kernels are compiled, and who wants to know."""
-
-    def __init__(self, gate: Gate, compiler: Compiler) -> None:
-        self._gate = gate
-        self._compiler = compiler
-        self._lock = threading.Lock()
-        self._cold_pages: list[Session] = []
-        self._steps = {"done": 0, "of": 1}
-        self._greeted = threading.Event()
-        self.is_warm = False
-
-    def greet(self, session: Session) -> None:
-        """Tell a page whether it has to wait, and later when the wait is over."""
-        self._greeted.set()
-        with self._lock:
-            if not self.is_warm:
-                self._cold_pages.append(session)
-            session.send(self._hello())
-
-    def forget(self, session: Session) -> None:
-        """Drop a page that is closed."""
-        with self._lock:
-            if session in self._cold_pages:
-                self._cold_pages.remove(session)
-
-    def _hello(self) -> dict[str, Any]:
-        data = {
-            "part_name": "hello",
-            "warm": self.is_warm,
-            "steps": self._steps,
-            "version": stickslip.__version__,
-        }
-        return {"id": 0, "view": "hello", "part": 0, "last": True, "data": data}
-
-    def start(self) -> None:
-        """Compile in the background; until then no job begins: it would wait for the compiler."""
-        self._gate.shut()
-        threading.Thread(target=self._warm_up, daemon=True).start()
-
-    def _tell(self, done: int, of: int) -> None:
-        """Tell the pages that wait how far it is."""
-        with self._lock:
-            self._steps = {"done": done, "of": of}
-            for session in self._cold_pages:
-                session.send(self._hello())
-
-    def _warm_up(self) -> None:
-        self._greeted.wait(ALONE)  # or the first page's scripts would wait for kernels
-        started = time.perf_counter()
-        first = list(_first_asked())
-        try:
-            self._compiler.prepare(first, self._tell)
-            for request in first:
-                for _ in VIEWS[type(request)](request):
-                    pass
-            LOG.info("kernels are ready after %.1f s", time.perf_counter() - started)
-        finally:
-            self.is_warm = True
-            self._tell(1, 1)
-            self._cold_pages.clear()
-            self._gate.open()
-
-
-def _first_asked() -> Iterator[requests.Request]:
-    for model in (examples.coulomb(), examples.law9()):
-        values = model_values(model)
-        yield requests.EventMap(values, window=WINDOW, points=50, max_period=2)
-        yield requests.Motion(values, d=0.1, t_end=20.0)
-        yield requests.Cobweb(values, d=0.1, n=5)
-    values = model_values(examples.coulomb())
-    yield requests.Basins(values)
-    yield requests.Diagram(
-        values, parameter="V", range=(0.0369, 0.037), window=(-0.1, 0.05), values=2, max_period=1
-    )
-    for preset in presets():
-        each = model_of_values(preset["state"]["model"])
-        if not isinstance(each, TwoBlock):
-            x = (0.0,) * each.plant.n_bodies
-            v = x if each.plant.n_positions else ()
-            yield requests.Motion(preset["state"]["model"], x=x, v=v, t_end=20.0)
-
-
-@cache
-def _limits() -> bytes:
-    return msgspec.json.encode(described_limits())
-
-
 def application(
     *,
     host: str = "127.0.0.1",
-    limits: Limits = LIMITS,
+    limits: Limits | None = None,
     framed_by: tuple[str, ...] = (),
     warm: bool = True,
     opened: dict[str, Any] | None = None,
@@ -221,93 +118,71 @@ def application(
     # Requests that name another host than `host` are refused, unless it is served at all addresses.
     # A preset that is `opened` comes first, before those that everybody has.
     # Pages of its own origin and of `framed_by` may show it in a frame.
-    explorer = _Explorer(limits, warm, opened)
+    site = _Site(limits, warm)
+    listed = msgspec.json.encode(presets() if opened is None else [opened, *presets()])
+    json = partial(Response, media_type="application/json")
     routes = [
-        Route("/", explorer.page),
-        Route("/healthz", explorer.health),
-        Route("/presets.json", explorer.listed),
-        Route("/limits.json", explorer.listed),
-        Route("/open", explorer.opened, methods=["POST"]),
-        Route("/export", explorer.downloads.answer, methods=["POST"]),
-        WebSocketRoute("/ws", explorer.talk),
-        Mount("/static", StaticFiles(directory=str(STATIC))),
+        Route("/", lambda _: HTMLResponse(page())),
+        Route("/healthz", lambda _: json(msgspec.json.encode(site.health()))),
+        Route("/open", site.opened, methods=["POST"]),
+        Route("/export", site.export, methods=["POST"]),
+        WebSocketRoute("/ws", site.talk),
+        Route(f"/static/{SHIPPED.name}/{PRESETS}", lambda _: json(listed)),
+        Mount("/static", StaticFiles(directory=STATIC)),
     ]
     middleware = [Middleware(SafeHeaders, hosts=hosts_of(host), framed_by=framed_by)]
-    return Starlette(routes=routes, middleware=middleware, lifespan=explorer.lifespan)
+    return Starlette(routes=routes, middleware=middleware, lifespan=site.lifespan)
 
 
-class _Explorer:
-    """What the routes lead to, and what they share."""
+class _Site:
+    """Serves files at once; what computes is loaded while the first page shows them."""
 
-    def __init__(self, limits: Limits, warm: bool, opened: dict[str, Any] | None) -> None:
+    def __init__(self, limits: Limits | None, warm: bool) -> None:
         self._limits = limits
-        self._opened = [] if opened is None else [opened]
         self._warm = warm
-        self._workers = Workers(available_threads(), limits)
-        self._warmth = Warmth(self._workers.gate, self._workers.compiler)
-        self._open: set[Session] = set()
-        self.downloads = Downloads(self._workers)
+        self._greeted = asyncio.Event()
+        self._explorer: Explorer | None = None
 
     @asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
-        if self._warm:
-            self._warmth.start()
+        self._loading = asyncio.create_task(self._load())
         yield
-        self._workers.compiler.stop()
-        self._workers.pool.shutdown(wait=False, cancel_futures=True)
+        self._loading.cancel()
+        if self._explorer is not None:
+            self._explorer.stop()
 
-    async def page(self, _: Request) -> Response:
-        return FileResponse(str(STATIC / "index.html"))
+    async def _load(self) -> Explorer:
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._greeted.wait(), ALONE)
+        explorer = await asyncio.to_thread(_explorer, self._limits)
+        if self._warm:
+            explorer.warmth.start()
+        self._explorer = explorer
+        return explorer
 
-    async def health(self, _: Request) -> Response:
-        state = {"status": "ok", "warm": self._warmth.is_warm, "pages": len(self._open)}
-        return Response(msgspec.json.encode(state), media_type="application/json")
+    async def _loaded(self) -> Explorer:
+        self._greeted.set()
+        return await asyncio.shield(self._loading)
 
-    async def listed(self, request: Request) -> Response:
-        content: Any = _limits()
-        if request.url.path == "/presets.json":
-            content = msgspec.json.encode([*self._opened, *presets()])
-        return Response(content, media_type="application/json")
-
-    async def opened(self, request: Request) -> Response:
-        """Answer a model file with the state that the page begins with."""
-        content = await read_body(request)
-        answer: dict[str, Any]
-        try:
-            if content is None:
-                raise BadRequestError(f"a model file has {LARGEST} bytes at most")
-            answer, code = {"state": of_model(model_of_text(content))}, 200
-        except BadRequestError as error:
-            answer, code = {"error": str(error)}, 422
-        return Response(msgspec.json.encode(answer), code, media_type="application/json")
+    def health(self) -> dict[str, Any]:
+        known = self._explorer
+        warm, pages = (known.warmth.is_warm, len(known.pages)) if known else (False, 0)
+        return {"status": "ok", "warm": warm, "pages": pages}
 
     async def talk(self, socket: WebSocket) -> None:
-        await socket.accept()
-        session = Session(socket, self._workers)
-        if not self._has_room(session.client):
-            await socket.close(TRY_AGAIN, FULL)
-            return
-        self._open.add(session)
-        try:
-            self._warmth.greet(session)
-            await session.run()
-        finally:
-            self._open.discard(session)
-            self._warmth.forget(session)
+        await (await self._loaded()).talk(socket)
 
-    def _has_room(self, client: str) -> bool:
-        """Tell whether one more page fits, if need be in place of a greedier client's."""
-        if len(self._open) < self._limits.connections:
-            return True
-        pages = Counter(session.client for session in self._open)
-        ((greedy, most),) = pages.most_common(1)
-        if pages[client] + 1 >= most:
-            return False
-        theirs = [session for session in self._open if session.client == greedy]
-        idlest = min(theirs, key=lambda session: session.heard)
-        self._open.discard(idlest)
-        idlest.dismiss(FULL)
-        return True
+    async def opened(self, request: Request) -> Response:
+        return await (await self._loaded()).opened(request)
+
+    async def export(self, request: Request) -> Response:
+        return await (await self._loaded()).downloads.answer(request)
+
+
+def _explorer(limits: Limits | None) -> Explorer:
+    from stickslip.app.explorer import Explorer  # loads the library
+
+    return Explorer(limits)
 
 
 MESSAGE_SIZE: Final = 64 * 1024  # bytes of a request; answers are larger

@@ -14,7 +14,6 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,8 +21,9 @@ import msgspec
 import numpy as np
 
 from stickslip.app import live
+from stickslip.app.folder import LIMITS, PRESETS, SHIPPED, STATIC, page, presets
 from stickslip.app.one_file import one_file
-from stickslip.app.page import PRESETS, described_limits, made_presets, presets
+from stickslip.app.page import described_limits, made_presets
 from stickslip.app.requests import Cycle, Part, message, plain, request_of
 from stickslip.app.views import VIEWS
 from stickslip.files import whole_file
@@ -31,12 +31,8 @@ from stickslip.mechanics.friction.stribeck import Stribeck
 from stickslip.mechanics.model.file import model_of_values, model_values
 
 if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
-
     from stickslip.mechanics.model.arguments import Model
 
-STATIC: Final = files("stickslip.app") / "static"
-SHIPPED: Final = STATIC / "shipped"
 INDEX: Final = "index.json"
 FIRST: Final = {"samples", "followed", "dots", "coarse"}
 """Parts that later ones of the same answer replace."""
@@ -143,7 +139,8 @@ def make(folder: Path) -> None:
     """Write all answers, and the list of them."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    (folder / PRESETS.name).write_bytes(msgspec.json.encode(made_presets()) + b"\n")
+    (folder / PRESETS).write_bytes(msgspec.json.encode(made_presets()) + b"\n")
+    (folder / LIMITS).write_bytes(msgspec.json.encode(described_limits()) + b"\n")
     entries = []
     for name, asked in listed().items():
         entries.append(_made(folder, name, *asked))
@@ -175,7 +172,7 @@ def _add(folder: Path, plant: dict[str, Any]) -> None:
     (folder / INDEX).write_bytes(msgspec.json.encode(entries) + b"\n")
 
 
-def read(name: str, folder: Traversable = SHIPPED) -> bytes:
+def read(name: str, folder: Path = SHIPPED) -> bytes:
     """Messages of an answer that is shipped."""
     return gzip.decompress((folder / name).read_bytes())
 
@@ -190,24 +187,19 @@ def export(place: Path, first: dict[str, Any] | None = None) -> Path:
             export(Path(name), first)
             temporary.write_text(one_file(Path(name)), encoding="utf-8")
         return place
-    folder = place
-    folder.mkdir(parents=True, exist_ok=True)
-    with as_file(STATIC) as static:
-        shutil.copytree(static, folder / "static", dirs_exist_ok=True)
-    page = (STATIC / "index.html").read_text(encoding="utf-8")
-    live.write(folder / "static" / "live")
+    static = place / "static"
+    shutil.copytree(STATIC, static, dirs_exist_ok=True)
+    live.write(static / "live")
     if first is not None and first not in presets():
         first = _begun(first)
-        _add(folder / "static" / "shipped", first)
-    alone = page.replace('<html lang="en"', '<html lang="en" data-alone', 1)
-    alone = alone.replace("</body>", f"  {NO_SERVER}\n  </body>")
-    (folder / "index.html").write_text(alone, encoding="utf-8")
+        _add(static / SHIPPED.name, first)
     views = presets() if first is None else [first, *(v for v in presets() if v != first)]
-    for name, content in (("limits", described_limits() | {"exports": {}}), ("presets", views)):
-        (folder / f"{name}.json").write_bytes(msgspec.json.encode(content))
-    return folder / "index.html"
+    (static / SHIPPED.name / PRESETS).write_bytes(msgspec.json.encode(views))
+    alone = page().replace('<html lang="en"', '<html lang="en" data-alone', 1)
+    alone = alone.replace("</body>", f"  {NO_SERVER}\n  </body>")
+    (place / "index.html").write_text(alone, encoding="utf-8")
+    return place / "index.html"
 
 
 if __name__ == "__main__":
-    with as_file(SHIPPED) as place:
-        make(place)
+    make(SHIPPED)

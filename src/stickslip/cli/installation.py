@@ -78,11 +78,15 @@ def explore(
     require_extra("app", "explorers", *EXTRA)
     if preset is not None and model is not None:
         raise UsageError("give either --model or --preset")
-    from stickslip.app.page import opened, preset_names, presets
+    from stickslip.app.folder import preset_names, presets
 
     if preset is not None and preset not in preset_names():
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
-    plant = None if model is None else opened(model)
+    plant = None
+    if model is not None:
+        from stickslip.app.page import opened  # loads the library
+
+        plant = opened(model)
     if export is not None:
         from stickslip.app.live import moves
         from stickslip.app.shipped import export as write

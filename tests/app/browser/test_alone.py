@@ -11,8 +11,8 @@ from tests.app.browser.test_looks import violations
 
 import stickslip as ss
 from stickslip.app import live
+from stickslip.app.folder import preset_names
 from stickslip.app.one_file import one_file
-from stickslip.app.page import preset_names
 from stickslip.app.shipped import export
 
 ALL_SHOWN = """() => explorer.views.every(({ panel }) => panel.section.hidden ||

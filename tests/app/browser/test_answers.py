@@ -2,7 +2,7 @@
 
 import pytest
 
-from stickslip.app.page import preset_names
+from stickslip.app.folder import preset_names
 
 STATES = """() => Object.fromEntries(explorer.views.filter(({ panel }) => !panel.section.hidden)
     .map(({ id, panel }) => [id, panel.section.dataset.state]))"""
@@ -46,6 +46,21 @@ def test_progress_of_the_kernels_is_told(lonely):
     assert "3 of 11 steps" in lonely.locator(".connection").text_content()
     lonely.evaluate("() => explorer.connection.onchange(true)")
     assert lonely.locator(".connection").text_content() == ""
+
+
+def test_a_server_that_is_still_loading_is_not_called_gone(browser, address):
+    page = browser.new_page(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    page.add_init_script("window.WebSocket = class { readyState = 0; }")
+    page.goto(address)
+    page.wait_for_function("() => window.explorer")
+    page.wait_for_function(SHOWN)
+    badge = page.locator("[data-panel=map] .badge")
+    assert badge.text_content() == "shipped answer"
+    assert "being computed" in badge.get_attribute("title")
+    page.evaluate("() => explorer.setParameter('mu', 0.3)")
+    assert badge.text_content() == "older values: computing"
+    assert page.locator(".connection").text_content() == ""
+    page.context.close()
 
 
 def test_what_is_shipped_gives_way_to_what_is_computed(explorer):

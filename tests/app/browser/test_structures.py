@@ -5,7 +5,7 @@ import json
 import pytest
 
 import stickslip as ss
-from stickslip.app.page import presets
+from stickslip.app.folder import presets
 from stickslip.mechanics.model.file import model_of_values, model_values
 
 STATES = {preset["name"]: preset["state"] for preset in presets()}

@@ -95,7 +95,7 @@ def test_a_branch_keeps_its_colour(explorer):
 
 def test_what_is_counted_is_in_the_window(explorer):
     explorer.page.evaluate("() => explorer.zoom('map', [0.2, 0.4, 0.2, 0.5])")
-    explorer.settle("basins")
+    explorer.settle("map", "basins")
     sentence = explorer.panel("map").locator(".sentence").text_content()
     assert "in this window no orbit attracts, 1 repels; 3 outside." in sentence
     sentence = explorer.panel("basins").locator(".sentence").text_content()

@@ -276,8 +276,8 @@ export class App {
 
   /** @param {string} slot @returns {Standing} */
   standing(slot) {
-    const { running, open } = this.connection;
-    const link = { running: running.has(slot), open, alone: this.alone };
+    const { running, lost } = this.connection;
+    const link = { running: running.has(slot), open: !lost, alone: this.alone };
     return this.known.standing(slot, this.question(slot), link);
   }
 

@@ -75,6 +75,7 @@ export class Connection {
     this.nextId = 1;
     this.failures = 0;
     this.open = false;
+    this.lost = false; // not before it failed: the server may be loading what computes
     this.#open();
   }
 
@@ -120,6 +121,7 @@ export class Connection {
       onpart: (part) => this.#receive(part),
       onclose: () => {
         this.open = false;
+        this.lost = true;
         this.onchange(false);
         const pause = RETRY_MS[Math.min(this.failures++, RETRY_MS.length - 1)];
         setTimeout(() => this.#open(), pause);
@@ -144,6 +146,7 @@ export class Connection {
   #receive(part) {
     if (part.view === "hello") {
       this.failures = 0; // not before: a full server opens the socket to say so
+      this.lost = false;
       return this.onchange(true, part.data.warm ? undefined : part.data.steps);
     }
     const running = [...this.running.values()].find(({ id }) => id === part.id);

@@ -29,8 +29,8 @@ import { PlaneView, PortraitView } from "./views/motion.js";
 const ADDRESS_MS = 200;
 const MOST_PORTRAITS = 8;
 
-/** @param {string} path */
-const read = async (path) => (await fetch(path)).json();
+/** @param {string} name */
+const read = async (name) => (await fetch(`static/shipped/${name}.json`)).json();
 
 /** The state that the address asks for: whole, by the name of a preset, or none. */
 function stateOfAddress(/** @type {Limits} */ limits, /** @type {Preset[]} */ presets) {
@@ -87,7 +87,7 @@ function toggleTable(app, table, main) {
 
 async function start() {
   const [limits, presets, entries] = await Promise.all(
-    ["limits.json", "presets.json", "static/shipped/index.json"].map(read),
+    ["limits", "presets", "index"].map(read),
   );
   const status = /** @type {HTMLElement} */ (document.querySelector(".connection"));
   const toast = /** @type {HTMLElement} */ (document.querySelector(".toast"));

@@ -46,7 +46,7 @@
  * @property {boolean} [per_block]  a list, with an entry for each block
  * @property {number[]} [values]  a choice in place of a range
  *
- * @typedef {object} Limits  what `/limits.json` says
+ * @typedef {object} Limits  what `shipped/limits.json` says
  * @property {{kind: string, title: string, views: string[], parameters: Parameter[],
  *   forcing: Parameter[],
  *   blocks?: {min: number, max: number}, default: Model}[]} models

@@ -21,7 +21,7 @@ export class View {
     this.id = id;
     this.slots = slots;
     /** @type {Plot[]} */ this.plots = [];
-    const exports = app.limits.exports?.[picture] ?? [];
+    const exports = (!app.alone && app.limits.exports[picture]) || [];
     this.panel = new Panel(
       { id, title, help, exports },
       {

@@ -1,0 +1,169 @@
+"""What computes for the page: its conversations, models that it opens, files of what it shows.
+
+It loads the whole library, so the server makes it when the first page is there. Kernels are
+compiled in the background, so that the first slider moves without a wait.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any, Final
+
+import msgspec
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.websockets import WebSocket
+
+import stickslip
+from stickslip import examples
+from stickslip.app import requests
+from stickslip.app.compiler import WINDOW, Compiler
+from stickslip.app.exports import LARGEST, Downloads, read_body
+from stickslip.app.folder import presets
+from stickslip.app.jobs import Gate
+from stickslip.app.page import of_model
+from stickslip.app.requests import BadRequestError, model_of_text
+from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
+from stickslip.mechanics.model.file import model_of_values, model_values
+from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.targets import available_threads
+
+LOG: Final = logging.getLogger(__name__)
+FULL: Final = "too many pages are open"
+
+
+class Warmth:
+    """Whether the kernels are compiled, and who wants to know."""
+
+    def __init__(self, gate: Gate, compiler: Compiler) -> None:
+        self._gate = gate
+        self._compiler = compiler
+        self._lock = threading.Lock()
+        self._cold_pages: list[Session] = []
+        self._steps: dict[str, int] | None = None  # none until there is something to compile
+        self.is_warm = False
+
+    def greet(self, session: Session) -> None:
+        """Tell a page whether it has to wait, and later when the wait is over."""
+        with self._lock:
+            if not self.is_warm:
+                self._cold_pages.append(session)
+            session.send(self._hello())
+
+    def forget(self, session: Session) -> None:
+        """Drop a page that is closed."""
+        with self._lock:
+            if session in self._cold_pages:
+                self._cold_pages.remove(session)
+
+    def _hello(self) -> dict[str, Any]:
+        data = {
+            "part_name": "hello",
+            "warm": self.is_warm,
+            "steps": self._steps,
+            "version": stickslip.__version__,
+        }
+        return {"id": 0, "view": "hello", "part": 0, "last": True, "data": data}
+
+    def start(self) -> None:
+        """Compile in the background; until then no job begins: it would wait for the compiler."""
+        self._gate.shut()
+        threading.Thread(target=self._warm_up, daemon=True).start()
+
+    def _tell(self, done: int, of: int) -> None:
+        """Tell the pages that wait how far it is."""
+        with self._lock:
+            self._steps = {"done": done, "of": of}
+            for session in self._cold_pages:
+                session.send(self._hello())
+
+    def _warm_up(self) -> None:
+        started = time.perf_counter()
+        try:
+            self._compiler.prepare(_first_asked(), self._tell)
+            LOG.info("kernels are ready after %.1f s", time.perf_counter() - started)
+        finally:
+            self.is_warm = True
+            self._tell(1, 1)
+            self._cold_pages.clear()
+            self._gate.open()
+
+
+def _first_asked() -> Iterator[requests.Request]:
+    for model in (examples.coulomb(), examples.law9()):
+        values = model_values(model)
+        yield requests.EventMap(values, window=WINDOW, points=50, max_period=2)
+        yield requests.Motion(values, d=0.1, t_end=20.0)
+        yield requests.Cobweb(values, d=0.1, n=5)
+    values = model_values(examples.coulomb())
+    yield requests.Basins(values)
+    yield requests.Diagram(
+        values, parameter="V", range=(0.0369, 0.037), window=(-0.1, 0.05), values=2, max_period=1
+    )
+    for preset in presets():
+        each = model_of_values(preset["state"]["model"])
+        if not isinstance(each, TwoBlock):
+            x = (0.0,) * each.plant.n_bodies
+            v = x if each.plant.n_positions else ()
+            yield requests.Motion(preset["state"]["model"], x=x, v=v, t_end=20.0)
+
+
+class Explorer:
+    """Its pages, and what they share."""
+
+    def __init__(self, limits: Limits | None = None) -> None:
+        self._limits = limits or Limits()
+        self._workers = Workers(available_threads(), self._limits)
+        self.warmth = Warmth(self._workers.gate, self._workers.compiler)
+        self.pages: set[Session] = set()
+        self.downloads = Downloads(self._workers)
+
+    def stop(self) -> None:
+        """End what computes and compiles."""
+        self._workers.compiler.stop()
+        self._workers.pool.shutdown(wait=False, cancel_futures=True)
+
+    async def opened(self, request: Request) -> Response:
+        """Answer a model file with the state that the page begins with."""
+        content = await read_body(request)
+        answer: dict[str, Any]
+        try:
+            if content is None:
+                raise BadRequestError(f"a model file has {LARGEST} bytes at most")
+            answer, code = {"state": of_model(model_of_text(content))}, 200
+        except BadRequestError as error:
+            answer, code = {"error": str(error)}, 422
+        return Response(msgspec.json.encode(answer), code, media_type="application/json")
+
+    async def talk(self, socket: WebSocket) -> None:
+        """Answer a page until it closes."""
+        await socket.accept()
+        session = Session(socket, self._workers)
+        if not self._has_room(session.client):
+            await socket.close(TRY_AGAIN, FULL)
+            return
+        self.pages.add(session)
+        try:
+            self.warmth.greet(session)
+            await session.run()
+        finally:
+            self.pages.discard(session)
+            self.warmth.forget(session)
+
+    def _has_room(self, client: str) -> bool:
+        """Tell whether one more page fits, if need be in place of a greedier client's."""
+        if len(self.pages) < self._limits.connections:
+            return True
+        pages = Counter(session.client for session in self.pages)
+        ((greedy, most),) = pages.most_common(1)
+        if pages[client] + 1 >= most:
+            return False
+        theirs = [session for session in self.pages if session.client == greedy]
+        idlest = min(theirs, key=lambda session: session.heard)
+        self.pages.discard(idlest)
+        idlest.dismiss(FULL)
+        return True
