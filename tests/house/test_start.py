@@ -25,6 +25,10 @@ def test_parsing_the_command_line_loads_nothing_heavy():
     assert loaded_after(code) == []
 
 
+def test_the_explorers_page_is_served_without_anything_heavy():
+    assert loaded_after("import stickslip.app.server") == []
+
+
 def test_version_is_told_at_once():
     # Processor time, which other work on the machine disturbs less than the clock; best of some.
     spent = []
@@ -51,3 +55,16 @@ print(numba.njit(lambda a, b: np.dot(a, b))(np.eye(2), np.full((2, 2), 3.0)).sum
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
     )
     assert done.stdout.split() == ["False", "12.0"]
+
+
+def test_kernels_that_are_kept_are_loaded_without_what_a_compiler_needs():
+    code = """
+import sys, stickslip as ss
+ss.event_map(ss.examples.coulomb())(0.1)
+print("numba.np.linalg" in sys.modules)
+"""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "0"}
+    command = [sys.executable, "-c", code]
+    for _ in range(2):  # once to compile, if need be
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout == "False\n"

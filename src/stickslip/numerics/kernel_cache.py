@@ -40,9 +40,7 @@ LEVELS = {
     "x86-64-v3": {"avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"},
 }
 IMPORT = re.compile(r"^from (stickslip[\w.]*) import ([\w, ]+|\([^)]*\))", re.M)
-USES = "from stickslip.numerics.targets import "
-BINDS = re.compile(rf"^{USES}.*\b(instantiate|write_module)\b", re.MULTILINE)
-GENERATES = re.compile(rf"^{USES}.*\bgenerated_module\b", re.MULTILINE)
+USES = "\nfrom stickslip.numerics.targets import "
 GENERATED = "stickslip_generated_"  # modules named by their text
 OLD_CACHE_SECONDS = 30 * 24 * 3600.0
 
@@ -62,25 +60,26 @@ def source_hash() -> str:
 
 def kernel_sources(package: Path) -> set[Path]:
     """Files of kernels and of their generators, what they import (not indented), and so on."""
-    files = {path: path.read_bytes().decode() for path in package.rglob("*.py")}
-    users = {path: text for path, text in files.items() if USES in text}
+    files = {path: f"\n{path.read_bytes().decode()}" for path in package.rglob("*.py")}
+    used = {path: text.partition(USES)[2].partition("\n")[0] for path, text in files.items()}
     todo = [path for path, text in files.items() if "\n@kernel" in text]
-    todo += [path for path, text in users.items() if GENERATES.search(text)]
+    todo += [path for path, names in used.items() if "generated_module" in names]
     found: set[Path] = set()
     while todo:
         path = todo.pop()
         if path not in found:
             found.add(path)
             for match in IMPORT.finditer(files[path]):
-                todo.extend(_modules(package, match))
-    return found | {path for path, text in users.items() if BINDS.search(text)}
+                todo.extend(_modules(package, match) & files.keys())
+    binds = ("instantiate", "write_module")
+    return found.union(path for path, names in used.items() if any(one in names for one in binds))
 
 
 def _modules(package: Path, match: re.Match[str]) -> set[Path]:
-    """Files that an import statement reads."""
+    """Files that an import statement may read."""
     base = package.joinpath(*match[1].split(".")[1:])
-    inside = {base / f"{name}.py" for name in re.findall(r"\w+", match[2])}
-    return {path for path in {base.with_suffix(".py"), *inside} if path.exists()}
+    inside = (base / f"{name}.py" for name in re.findall(r"\w+", match[2]))
+    return {base.with_suffix(".py"), *inside}
 
 
 def _candidate_roots() -> Iterator[Path]:
@@ -272,7 +271,7 @@ class KernelCache(caching.NullCache):
 
     def load_overload(self, sig: Any, target: Any) -> Any:
         """Return what was compiled on this machine, or prepared for its level, or None."""
-        target.refresh()
+        # Numba's own caches have the target refreshed here, which loads all that a compiler needs.
         if not self._enabled:
             return None
         machine = target.codegen().magic_tuple()

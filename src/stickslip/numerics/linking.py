@@ -9,8 +9,10 @@ emitted as a whole (docs/notes/0009).
 from __future__ import annotations
 
 import hashlib
+import importlib
 from collections.abc import Callable
-from functools import cached_property
+from contextlib import suppress
+from functools import cache, cached_property
 from typing import Any, ClassVar
 
 import llvmlite.binding as llvm
@@ -191,6 +193,8 @@ class Kernel(CPUDispatcher):
 
     def lowered(self, args: tuple[Any, ...]) -> Any:
         """Its part for some types, typed and lowered."""
+        _believe_in_blas()
+        self.targetctx.refresh()  # not before: what was compiled runs without it
         self.part.compile(args)
         return self.part.overloads[args]
 
@@ -214,6 +218,20 @@ class Kernel(CPUDispatcher):
             library.finalize_with(made.library)
         self._outside.append(library)
         return int(library.get_pointer_to_function(outside.name))
+
+
+@cache
+def _believe_in_blas() -> None:
+    """Keep numba from loading scipy.linalg, a tenth of a second."""
+    # Numba only asks whether there is a BLAS, when it compiles its first function. SciPy is always
+    # there; a function that needs its BLAS loads it when it is compiled.
+    with suppress(ImportError, AttributeError):
+        linalg: Any = importlib.import_module("numba.np.linalg")
+        ensure, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+        try:
+            importlib.import_module("numba.np.arraymath")
+        finally:
+            linalg.ensure_blas = ensure
 
 
 def linked(

@@ -26,22 +26,6 @@ from stickslip.numerics.threads import pool, threads_start
 config: Any = numba.config
 
 
-def _believe_in_blas() -> None:
-    """Keep numba from loading scipy.linalg, a seventh of the time to the first value."""
-    # Numba only asks whether there is a BLAS, when it compiles or loads its first function. SciPy
-    # is always there; a function that needs its BLAS loads it when it is compiled.
-    with suppress(ImportError, AttributeError):
-        linalg: Any = importlib.import_module("numba.np.linalg")
-        ensure, linalg.ensure_blas = linalg.ensure_blas, lambda: None
-        try:
-            importlib.import_module("numba.np.arraymath")
-        finally:
-            linalg.ensure_blas = ensure
-
-
-if not config.DISABLE_JIT:
-    _believe_in_blas()
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 ANNOUNCE_AFTER_SECONDS = 1.0
