@@ -29,6 +29,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             signal.signal(signal.SIGINT, _end)  # until there is more to do: importing takes a while
+        # No matrix here is large; to begin threads for them takes a sixth of a short command.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         from stickslip.cli.process import run_as_process
 
         run_as_process(lambda: main(sys.argv[1:]))

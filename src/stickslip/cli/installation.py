@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import platform
 import re
 import sys
@@ -134,16 +133,20 @@ def doctor(*, output: OutputOptions = OutputOptions()) -> None:
 
 
 def _installed(name: str) -> str | None:
+    from importlib import metadata  # 13 ms, which every command would wait for
+
     try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
         return None
 
 
 def _requirements() -> dict[str, list[str]]:
     """Names of the distributions that the core ("") and each extra ask for."""
+    from importlib import metadata
+
     wanted: dict[str, list[str]] = {"": []}
-    for line in importlib.metadata.requires(PACKAGE) or []:
+    for line in metadata.requires(PACKAGE) or []:
         extra = re.search(r"""extra == ['"]([\w-]+)['"]""", line)
         name = re.match(r"[\w.-]+", line)
         assert name is not None, line
