@@ -193,8 +193,9 @@ class Kernel(CPUDispatcher):
 
     def lowered(self, args: tuple[Any, ...]) -> Any:
         """Its part for some types, typed and lowered."""
-        _believe_in_blas()
-        self.targetctx.refresh()  # not before: what was compiled runs without it
+        with global_compiler_lock:
+            _believe_in_blas()
+            self.targetctx.refresh()  # not before: what was compiled runs without it
         self.part.compile(args)
         return self.part.overloads[args]
 
