@@ -14,7 +14,7 @@ from tests.app.talk import CHAIN, COULOMB, opened, unpack
 import stickslip as ss
 from stickslip.analysis.work import in_threads
 from stickslip.app import explorer, requests
-from stickslip.app.jobs import CalledOffError, Gate, Job, TimeIsUpError, checkpoint
+from stickslip.app.jobs import CREDIT, CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.pictures import DRAW
 from stickslip.app.requests import Part
 from stickslip.app.server import application
@@ -506,18 +506,20 @@ def test_a_job_out_of_time_gives_its_slot_back():
 
 
 @pytest.mark.parametrize(
-    ("client", "user"), [("greedy", "a"), ("modest", "b")], ids=["its user", "a client served less"]
+    ("client", "user", "patient"),
+    [("greedy", "a", True), ("modest", "b", True), ("modest", "b", False)],
+    ids=["its user", "a client served less", "a client served much less"],
 )
-def test_a_patient_job_waits_while_another_has_a_quick_one(client, user):
+def test_a_job_waits_while_another_has_a_quick_one(client, user, patient):
     gate, order = Gate(2), []
 
-    def patient():
-        with Job(gate, "a", 10.0, client="greedy", patient=True).running():
+    def waits():
+        with Job(gate, "a", 10.0, client="greedy", patient=patient).running():
             while "quick ends" not in order:
                 checkpoint()
-                order.append("patient works")
+                order.append("the other works")
 
-    thread = threading.Thread(target=patient)
+    thread = threading.Thread(target=waits)
     thread.start()
     while not order:
         time.sleep(0.001)
@@ -529,3 +531,21 @@ def test_a_patient_job_waits_while_another_has_a_quick_one(client, user):
     thread.join(10)
     begins, ends = order.index("quick begins"), order.index("quick ends")
     assert ends == begins + 1
+
+
+def test_a_client_is_no_newcomer_again_after_a_moment():
+    gate, used = Gate(2), []
+    with Job(gate, "a", 10.0, client="other").running():
+        for _ in range(2):
+            spin(Job(gate, "b", 10.0, client="greedy"), 0.05)
+            used.append(gate._parted["greedy",])
+    assert used[1] >= used[0] + 0.05
+
+
+def test_newcomers_are_not_ahead_of_each_other():
+    gate = Gate(4)
+    with ExitStack() as jobs:
+        for client in range(4):
+            jobs.enter_context(Job(gate, "a", 10.0, client=client).running())
+        used = [gate._used[client,] for client in range(4)]
+    assert max(used) - min(used) <= CREDIT

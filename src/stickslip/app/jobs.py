@@ -17,6 +17,7 @@ from typing import Final
 SLICE: Final = 0.02  # seconds of work after which others get their turn
 OVERDUE: Final = 0.1  # seconds of work after which a slot that others wait for is taken back
 REPORTED: Final = 0.2  # seconds between two reports of progress
+CREDIT: Final = 0.5  # seconds of work by which a client that comes anew is ahead of others
 
 _current: ContextVar[Job | None] = ContextVar("job", default=None)  # of its helping threads, too
 
@@ -40,6 +41,7 @@ class _Ticket:
     patient: bool = False
     granted: bool = False
     since: float = 0.0
+    billed: float = 0.0
     overdue: bool = False
     event: threading.Event = field(default_factory=threading.Event)
 
@@ -53,8 +55,10 @@ class Gate:
     """A few slots for computing, shared fairly between clients, and between a client's users."""
 
     # Patient jobs wait while an impatient one of the same user is at work, or of a client that has
-    # been served no more. Work that reaches no checkpoint loses its slot while others wait, and
-    # goes on beside them until it does; no client has more jobs at work than there are slots.
+    # been served no more; impatient ones while one of a client is that has been served much less:
+    # beside each other both would take twice as long. Work that reaches no checkpoint loses its
+    # slot while others wait, and goes on beside them until it does; no client has more jobs at work
+    # than there are slots.
 
     def __init__(self, slots: int) -> None:
         self._slots = self._free = slots
@@ -65,6 +69,7 @@ class Gate:
         self._jobs: Counter[tuple[object, ...]] = Counter()
         self._impatient: Counter[tuple[object, ...]] = Counter()
         self._used: dict[tuple[object, ...], float] = {}
+        self._parted: dict[tuple[object, ...], float] = {}  # what clients had used that may return
 
     @property
     def is_crowded(self) -> bool:
@@ -72,13 +77,12 @@ class Gate:
         return bool(self._waiting)
 
     def must_wait(self, ticket: _Ticket) -> bool:
-        """Whether the job is patient, and its user or a client served no more is impatient."""
-        if not ticket.patient:
-            return False
+        """Whether a quick job goes first, of its user or of a client served less."""
         client, user = ticket.sharers
-        had = self._used.get(client, 0.0)
+        had = self._used.get(client, 0.0) - (0.0 if ticket.patient else CREDIT / 2)
         return any(
-            who == user or (len(who) == 1 and who != client and self._used.get(who, 0.0) <= had)
+            (ticket.patient and who == user)
+            or (len(who) == 1 and who != client and self._used.get(who, 0.0) <= had)
             for who, count in list(self._impatient.items())
             if count > 0
         )
@@ -94,24 +98,35 @@ class Gate:
             self._grant()
 
     def join(self, ticket: _Ticket) -> None:
-        """Note that a job begins; newcomers start level with the least served of their kind."""
+        """Note that a job begins."""
         with self._lock:
             for who in ticket.sharers:
                 if not self._jobs[who]:
-                    kind = len(who), who[:-1]
-                    others = [u for o, u in self._used.items() if (len(o), o[:-1]) == kind]
-                    self._used[who] = min(others, default=0.0)
+                    self._used[who] = self._beginning(who)
                 self._jobs[who] += 1
                 self._impatient[who] += not ticket.patient
 
+    def _beginning(self, who: tuple[object, ...]) -> float:
+        """Tell what counts as used at first: no more than of any, less for a client that rested."""
+        kind = len(who), who[:-1]
+        others = [used for other, used in self._used.items() if (len(other), other[:-1]) == kind]
+        if len(who) > 1:
+            return min(others, default=0.0)
+        ahead = max((*others, *self._parted.values()), default=0.0) - CREDIT
+        self._parted = {other: used for other, used in self._parted.items() if used > ahead}
+        return self._parted.pop(who, ahead)
+
     def part(self, ticket: _Ticket) -> None:
-        """Note that a job has ended; who has no jobs is forgotten."""
+        """Note that a job has ended."""
         with self._lock:
             for who in ticket.sharers:
                 self._jobs[who] -= 1
                 self._impatient[who] -= not ticket.patient
                 if not self._jobs[who]:
-                    del self._jobs[who], self._impatient[who], self._used[who]
+                    del self._jobs[who], self._impatient[who]
+                    used = self._used.pop(who)
+                    if len(who) == 1:
+                        self._parted[who] = used
             self._grant()
 
     def enter(self, ticket: _Ticket) -> bool:
@@ -131,20 +146,25 @@ class Gate:
     def leave(self, ticket: _Ticket) -> float:
         """Give a slot back; tell for how many seconds it was held."""
         with self._lock:
-            spent = time.monotonic() - ticket.since
-            for who in ticket.sharers:
-                self._used[who] += spent
+            self._bill(ticket)
             self._working.remove(ticket)
             self._free += not ticket.overdue
             ticket.granted = False
             self._grant()
-            return spent
+            return ticket.billed - ticket.since
+
+    def _bill(self, ticket: _Ticket) -> None:
+        """Count what a job has used since it was last counted."""
+        now = time.monotonic()
+        for who in ticket.sharers:
+            self._used[who] += now - ticket.billed
+        ticket.billed = now
 
     def _take_back(self) -> None:
         """Take slots back from work that has reached no checkpoint for too long."""
-        now = time.monotonic()
         for ticket in self._working:
-            if not ticket.overdue and now - ticket.since > OVERDUE:
+            self._bill(ticket)
+            if not ticket.overdue and ticket.billed - ticket.since > OVERDUE:
                 ticket.overdue = True
                 self._free += 1
 
@@ -164,7 +184,8 @@ class Gate:
             self._waiting.remove(ticket)
             self._working.add(ticket)
             self._free -= 1
-            ticket.granted, ticket.since = True, time.monotonic()
+            ticket.granted = True
+            ticket.since = ticket.billed = time.monotonic()
             ticket.event.set()
 
 
