@@ -37,7 +37,7 @@ LOG: Final = logging.getLogger(__name__)
 AT_ONCE: Final = 2  # quick jobs of a page in threads, and slow ones
 SLOTS: Final = 16  # that a page may ask in
 TRY_AGAIN: Final = 1013  # code with which a page is closed for want of room
-PAUSE: Final = 1e-3  # seconds after each message of a page: others are heard, too
+PAUSE: Final = 1e-3  # seconds after each message of a page, and to it: others are heard, too
 SHARE: Final = 8e-3  # seconds for which each message of a client counts, all its pages together
 BURST: Final = 0.5  # seconds of them that are heard without waiting
 
@@ -241,6 +241,7 @@ class Session:
                 for number, part in enumerate(VIEWS[type(call.request)](call.request)):
                     job.check()
                     self.send(call.header | described(part, number), part.arrays)
+                    time.sleep(PAUSE)  # or it is sent only when this work lets the interpreter go
             ending: dict[str, Any] = {"progress": 1.0, "data": {"part_name": "end"}}
         except CalledOffError:
             ending = {"cancelled": True}
