@@ -189,6 +189,21 @@ def test_orbits_pass_a_corner_that_no_label_shows():
     assert not survey.unresolved
 
 
+@pytest.mark.parametrize("n_lists", [3, 24])
+def test_breaks_that_move_past_resting_orbits_without_a_label(n_lists):
+    # Nothing but the jump depends on the parameter: fixed points, and orbits of period 2 beside it.
+    f = ss.PiecewiseMap(
+        lambda x, c: 2.9 * x * (1 - x) - np.where(x < c, 0, 0.002),
+        (0, 1),
+        parameters={"c": 0.65},
+    )
+    found = ss.bifurcations(f, "c", (0.64, 0.67), max_period=2, n_lists=n_lists)
+    fixed = [max(np.roots([-2.9, 1.9, step])) for step in (-0.002, 0)]
+    assert not found.unresolved
+    assert [item.period for item in found] == [2, 1, 1, 2]
+    assert [item.value for item in found][1:3] == pytest.approx(fixed, rel=1e-14, abs=0)
+
+
 def test_a_break_that_comes_in_elsewhere_ends_no_orbit():
     def func(x, mu):  # corners at 0.9, and at mu - 1: inside for mu > 0
         return 0.5 * x + 0.1 * mu + np.maximum(mu - 1 - x, 0) - np.maximum(x - 0.9, 0)

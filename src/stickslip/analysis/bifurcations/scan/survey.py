@@ -337,24 +337,24 @@ class Survey:
         if there is None:
             return way
         before, after = same_places(start.breaks, goal.breaks)
-        old, new = start.bundle.points[k, :, None], goal.bundle.points[there, :, None]
-        beyond = (old < start.breaks[before]) != (new < goal.breaks[after])
-        passed = np.flatnonzero(beyond.any(axis=1))
-        if not passed.size:
+        n = start.orbits[k].period
+        old = start.bundle.points[k, :n, None] - start.breaks[before]
+        new = goal.bundle.points[there, :n, None] - goal.breaks[after]
+        places, passed = np.nonzero((old < 0) != (new < 0))
+        if not places.size:
             return way
-        place = int(passed[0])
-        x = goal.bundle.points[there, place]
         breaks = [item for item in goal.table.breakpoints if item.kind != "smooth"]
-        border = min(breaks, key=lambda item: abs(item.d - x))
+        off, off_there = old[places[0], passed[0]], new[places[0], passed[0]]
+        share = float(off / (off - off_there))
         end = CurveEnd(
             "breakpoint",
-            {self.family.name: goal.q + float((border.d - x) / goal.velocity[there, place])},
+            {self.family.name: start.q + share * (goal.q - start.q)},
             goal.orbits[there].points,
-            index=place,
-            side=-1 if old[place] < border.d else 1,
-            border=TrackedDiscontinuity.of(border),
+            index=int(places[0]),
+            side=-1 if off < 0 else 1,
+            border=TrackedDiscontinuity.of(breaks[after[passed[0]]]),
         )
-        return replace(way, end=end, gone=tuple(passed.tolist()))
+        return replace(way, end=end, gone=tuple(np.unique(places).tolist()))
 
     def _arrival(self, way: Way, node: Node) -> int | None:
         """Place of an orbit that has arrived in the list there."""
