@@ -110,7 +110,7 @@ def mechanisms(b: Floats) -> list[Floats]:
         own = np.linalg.svd(still)[2][-1] if rank > 1 else np.ones(1)
         u = b @ (space.T @ own)
         u = np.where(abs(u) < 1e-9 * abs(u).max(), 0.0, u / abs(u).max())
-        if not any(np.allclose(u, each) or np.allclose(u, -each) for each in found):
+        if not any(np.allclose(u, turn * each, rtol=1e-5) for each in found for turn in (1, -1)):
             found.append(u)
     return found
 
