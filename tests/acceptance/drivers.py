@@ -14,23 +14,20 @@ random thousandth of the rest, at most a thousand, are settled in high precision
 from __future__ import annotations
 
 import argparse
-import math
 import secrets
 import sys
-from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from tests.reference import extrapolation
-from tests.reference.settle import EXCUSED, GAVE_UP, WRONG, Verdict, settle
+from tests.reference.settle import Verdict, settle
 
 import stickslip as ss
 from stickslip.status import NAMES, OK
 
-from .pieces import carried_out
-from .results import TABLE, record
+from . import counts
+from .pieces import add_options, carried_out
 from .systems import Case, random_cases, random_points
 
 MAX_EVENTS = 400
@@ -44,37 +41,18 @@ SAMPLES = {
 
 
 @dataclass
-class Count:
+class Count(counts.Count):
     """What came out."""
 
     maps: int = 0
     returned: int = 0
-    endless: int = 0
-    differ: int = 0
-    verdicts: Counter[str] = field(default_factory=Counter)
-    wrong: list[str] = field(default_factory=list)
-
-    def add(self, system: Case, driver: str, verdict: Verdict) -> None:
-        """One point settled."""
-        self.verdicts[verdict.verdict] += 1
-        if verdict.verdict == WRONG:
-            self.wrong.append(f"{system} {driver}\n    {verdict}")
-
-    def merge(self, other: Count) -> None:
-        """Both counts together."""
-        self.maps += other.maps
-        self.returned += other.returned
-        self.endless += other.endless
-        self.differ += other.differ
-        self.verdicts += other.verdicts
-        self.wrong += other.wrong
 
     def __str__(self) -> str:
         head = (
             f"{self.maps} maps, {self.returned} returned alike, {self.endless} by neither, "
             f"{self.differ} differ; settled: {dict(self.verdicts)}"
         )
-        return "\n".join([head, *self.wrong[:30]])
+        return self.listed(head)
 
 
 def event_maps(system: Case) -> dict[str, ss.EventMap]:
@@ -114,7 +92,8 @@ def compare(system: Case, d: np.ndarray, share: float, rng: np.random.Generator)
     )
     for i in np.flatnonzero(~same | (returned & (rng.random(d.size) < share))):
         for name, f in maps.items():
-            count.add(system, name, settled(system, f, float(d[i])))
+            verdict = settled(system, f, float(d[i]))
+            count.add(verdict.verdict, f"{system} {name}\n    {verdict}")
     return count
 
 
@@ -158,9 +137,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--systems", type=int, default=1000)
     parser.add_argument("--points", type=int, default=100, help="starts of each system")
     parser.add_argument("--seed", type=int, default=secrets.randbits(31), help="default: any")
-    parser.add_argument("--seconds", type=float, default=math.inf, help="then begin no more")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--table", type=Path, default=TABLE, help="where counts are added")
+    add_options(parser)
     options = parser.parse_args(arguments)
     print(f"{SAMPLES[options.kind]}, seed {options.seed}", flush=True)
     total, elapsed = Count(), 0.0
@@ -168,16 +145,7 @@ def main(arguments: list[str] | None = None) -> int:
     for count, took in carried_out(piece, work, options.jobs, options.seconds):
         total.merge(count)
         elapsed += took
-        record(
-            SAMPLES[options.kind],
-            answers=count.maps,
-            settled=sum(count.verdicts.values()),
-            wrong=count.verdicts[WRONG],
-            excused=count.verdicts[EXCUSED],
-            undecided=count.endless + count.verdicts[GAVE_UP],
-            seconds=took,
-            table=options.table,
-        )
+        count.keep(SAMPLES[options.kind], count.maps, took, options.table)
         print(f"{elapsed:.0f} s: {total}", flush=True)
     return 1 if total.wrong else 0
 

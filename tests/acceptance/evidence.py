@@ -14,7 +14,6 @@ stepper, and settles disagreements and a random share in the oracle. Counts go t
 from __future__ import annotations
 
 import argparse
-import math
 import secrets
 import sys
 from pathlib import Path
@@ -26,8 +25,8 @@ import stickslip as ss
 from stickslip.status import NAMES
 
 from .judge import NOT_SETTLED, Effort, Tally, judge
-from .pieces import carried_out
-from .results import TABLE, record
+from .pieces import add_options, carried_out
+from .results import record
 from .systems import ENGINES, around, breakpoints, paper_case, random_cases, random_points
 
 CHUNK = 250  # systems per task
@@ -139,9 +138,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--share", type=float, default=1.0, help="of endless motions settled")
     parser.add_argument("--max-events", type=int, default=10_000, help="of the reference")
     parser.add_argument("--breakpoints", type=int, default=12, help="of a random system, at most")
-    parser.add_argument("--seconds", type=float, default=math.inf, help="then begin no more")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--table", type=Path, default=TABLE, help="where counts are added")
+    add_options(parser)
     options = parser.parse_args(arguments)
 
     kind = options.what if options.what in ("coulomb", "law9") else options.kind

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 import time
+from argparse import ArgumentParser
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from pathlib import Path
 from typing import TypeVar
+
+from .results import TABLE
 
 Task = TypeVar("Task")
 Piece = TypeVar("Piece")
@@ -32,3 +36,10 @@ def carried_out(
 def unless_late(work: Callable[[Task], Piece], end: float, task: Task) -> Piece | None:
     """The task's piece; nothing if it is too late to begin."""
     return work(task) if time.time() < end else None
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """Options of every large sample: for how long, on how many cores, and into which table."""
+    parser.add_argument("--seconds", type=float, default=math.inf, help="then begin no more")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--table", type=Path, default=TABLE, help="where counts are added")

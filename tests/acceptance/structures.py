@@ -23,10 +23,8 @@ import argparse
 import math
 import secrets
 import sys
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +38,8 @@ import stickslip as ss
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS
 from stickslip.status import NAMES, OK
 
-from .pieces import carried_out
-from .results import TABLE, record
+from . import counts
+from .pieces import add_options, carried_out
 
 Floats = NDArray[np.float64]
 Event = tuple[float, int, int]
@@ -69,34 +67,27 @@ SAMPLES = {
 
 
 @dataclass
-class Count:
+class Count(counts.Count):
     """What came out."""
 
     structures: int = 0
     answers: int = 0
     alike: int = 0
-    endless: int = 0
-    differ: int = 0
-    verdicts: Counter[str] = field(default_factory=Counter)
-    wrong: list[str] = field(default_factory=list)
     worst: float = 0.0
 
-    def add(self, verdict: str, what: str) -> None:
-        """One answer settled."""
-        self.verdicts[verdict] += 1
-        if verdict == WRONG:
-            self.wrong.append(what)
+    def agrees(self, off: float, kappa: float) -> bool:
+        """Count an answer that is right; whether it is."""
+        if not off <= TOLERANCE * kappa:
+            return False
+        self.alike += 1
+        self.worst = max(self.worst, off / kappa)
+        return True
 
     def merge(self, other: Count) -> None:
         """Both counts together."""
-        self.structures += other.structures
-        self.answers += other.answers
-        self.alike += other.alike
-        self.endless += other.endless
-        self.differ += other.differ
-        self.verdicts += other.verdicts
-        self.wrong += other.wrong
-        self.worst = max(self.worst, other.worst)
+        worst = max(self.worst, other.worst)
+        super().merge(other)
+        self.worst = worst
 
     def __str__(self) -> str:
         head = (
@@ -104,7 +95,7 @@ class Count:
             f"{self.endless} given up, {self.differ} differ; settled: {dict(self.verdicts)}; "
             f"largest right error {self.worst:.1e}"
         )
-        return "\n".join([head, *self.wrong[:30]])
+        return self.listed(head)
 
 
 # --- what is drawn ------------------------------------------------------------------------------
@@ -256,16 +247,12 @@ def judge_motion(
     count.answers += 1
     off, kappa = difference(own, motion), 1.0
     wanted = {ENDED: OK, LOST: ss.status.CONTACT_LOST}.get(motion.ending)
-    if off <= TOLERANCE and own.status == wanted:
-        count.alike += 1
-        count.worst = max(count.worst, off)
+    if own.status == wanted and count.agrees(off, kappa):
         if share:
             count.add(settled(model, q, v, own, kappa), f"{name} and the oracle too")
         return
     kappa = growth(run, motion)
-    if off <= TOLERANCE * kappa and own.status == wanted:
-        count.alike += 1
-        count.worst = max(count.worst, off / kappa)
+    if own.status == wanted and count.agrees(off, kappa):
         return
     count.differ += 1
     verdict = doubted(run, motion, kappa)
@@ -428,9 +415,7 @@ def maps(_: str, number: int) -> Count:
             kappa = max(1.0, abs(float(slopes[i])))
             if not off <= TOLERANCE * kappa:
                 kappa = max(kappa, growth(run, motion))
-            if off <= TOLERANCE * kappa:
-                count.alike += 1
-                count.worst = max(count.worst, off / kappa)
+            if count.agrees(off, kappa):
                 continue
             if motion.ending == ENDED and float(durations[i]) > 0.9 * longest:
                 count.endless += 1  # longer than the oracle follows it
@@ -504,9 +489,7 @@ def returns(_: str, number: int) -> Count:
         kappa = max(1.0, float(np.abs(found.derivative).max()))
         if off > TOLERANCE * kappa:
             kappa = max(kappa, growth(run, end))
-        if off <= TOLERANCE * kappa:
-            count.alike += 1
-            count.worst = max(count.worst, off / kappa)
+        if count.agrees(off, kappa):
             continue
         count.differ += 1
         count.add(
@@ -545,9 +528,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("kind", nargs="*", help=f"of {', '.join(SAMPLES)}; all by default")
     parser.add_argument("--n", type=int, default=1000, help="structures of each kind")
     parser.add_argument("--first", type=int, default=secrets.randbits(31), help="default: any")
-    parser.add_argument("--seconds", type=float, default=math.inf, help="then begin no more")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--table", type=Path, default=TABLE, help="where counts are added")
+    add_options(parser)
     options = parser.parse_args(arguments)
     kinds = options.kind or list(SAMPLES)
     if unknown := set(kinds) - set(SAMPLES):
@@ -558,16 +539,7 @@ def main(arguments: list[str] | None = None) -> int:
     for (kind, count), took in carried_out(piece, work, options.jobs, options.seconds):
         totals[kind].merge(count)
         elapsed += took
-        record(
-            SAMPLES[kind],
-            answers=count.answers,
-            settled=sum(count.verdicts.values()),
-            wrong=count.verdicts[WRONG],
-            excused=count.verdicts[EXCUSED],
-            undecided=count.endless + count.verdicts[GAVE_UP],
-            seconds=took,
-            table=options.table,
-        )
+        count.keep(SAMPLES[kind], count.answers, took, options.table)
         print(f"{elapsed:.0f} s: {kind}: {totals[kind]}", flush=True)
     return 1 if any(total.wrong for total in totals.values()) else 0
 

@@ -297,6 +297,21 @@ def foot_rate(p, j, t, v, mode):
 
 
 @kernel
+def hold(p, t, order, mode, mask, pull, o):
+    """Forces that keep stuck contacts with derivative `order` of their belt, or their rates."""
+    for k in range(len(p.b)):
+        o.own[k] = 0.0
+        if mode[k] == 0:
+            right = belt(p.belt, k, t)[order]
+            for i in range(len(p.inverse)):
+                right -= p.b[k, i] * dot(p.inverse[i], pull)
+            o.own[k] = right - dot(p.response[k], o.force)
+    for k in range(len(p.b)):
+        if mode[k] == 0:
+            o.force[k] = dot(p.sticking[mask, k], o.own)
+
+
+@kernel
 def friction(p, t, y, mode, o):
     """All forces but friction into `pull`, friction into `force`; by how much stuck ones slip."""
     n, m, r = len(p.inverse), len(p.b), len(p.reach)
@@ -319,17 +334,8 @@ def friction(p, t, y, mode, o):
     mask = stuck_set(mode)
     if mask == 0:
         return 0.0
-    for k in range(m):
-        o.own[k] = 0.0
-        if mode[k] == 0:
-            right = belt(p.belt, k, t)[1]
-            for i in range(n):
-                right -= p.b[k, i] * dot(p.inverse[i], o.pull)
-            o.own[k] = right - dot(p.response[k], o.force)
+    hold(p, t, 1, mode, mask, o.pull, o)
     off = 0.0
-    for k in range(m):
-        if mode[k] == 0:
-            o.force[k] = dot(p.sticking[mask, k], o.own)
     for k in range(m):
         if mode[k] == 0:
             total = o.own[k]
@@ -455,16 +461,7 @@ def signals(p, t, y, mode, foot, o, value, rate):
             F, slope = law(p.law[k], p.numbers[k], s)
             limit, grows = p.static[k] + dot(p.load[k], q), dot(p.load[k], v)
             o.force[k] = -mode[k] * (grows * F + limit * slope * pace)
-    for k in range(m):
-        o.own[k] = 0.0
-        if mode[k] == 0:
-            right = belt(p.belt, k, t)[2]
-            for i in range(n):
-                right -= p.b[k, i] * dot(p.inverse[i], o.pulled)
-            o.own[k] = right - dot(p.response[k], o.force)
-    for k in range(m):
-        if mode[k] == 0:
-            o.force[k] = dot(p.sticking[mask, k], o.own)
+    hold(p, t, 2, mode, mask, o.pulled, o)
     for g in range(first, stop):
         power = 0.0
         for k in range(m):

@@ -588,8 +588,7 @@ def next_event_both(
         for block in range(2):
             sign = float(motion.mode[block])
             gap = sign * motion.w[block]
-            slope = sign * (friction(system, laws, motion, block) - motion.e[block])
-            curvature = -sign * loading_rate(system, motion.w, block)
+            slope, curvature = away_from_belt(system, laws, motion, block)
             if t == 0.0 and work.start_w[block] == 0.0:
                 if abs(slope) <= 4.0 * EPSILON * limit(system, block):
                     slope = 0.0  # F(0) = 1: the slip starts at a double root
@@ -723,23 +722,17 @@ def watch_both(system: System, laws: Floats, motion: Motion, work: Work, t_end: 
     pieces = 1 + int(4.0 * t_end * frequency)
     s, c = sincos(t_end / pieces)
     z, u = sincos(frequency * t_end / pieces)
-    mode_1, mode_2 = 0.5 * motion.mode[0], 0.5 * motion.mode[1]
     w_1, w_2 = work.start_w[0], work.start_w[1]
     pull_1 = friction(system, laws, motion, 0) - work.start_e[0]
     pull_2 = friction(system, laws, motion, 1) - work.start_e[1]
     # Sum and difference turn by the same angles from look to look.
     sum_w, sum_pull = w_1 + w_2 + 2.0 * system.V, pull_1 + pull_2
     gap_w, gap_pull = frequency * (w_2 - w_1), pull_2 - pull_1
-    slope_1, slope_2 = mode_1 * (sum_pull - gap_pull), mode_2 * (sum_pull + gap_pull)
-    # A slip starts by leaving zero.
-    slope_1 = 1.0 if w_1 == 0.0 else slope_1
-    slope_2 = 1.0 if w_2 == 0.0 else slope_2
-    bend_1 = mode_1 * (frequency * gap_w - sum_w)
-    bend_2 = -mode_2 * (frequency * gap_w + sum_w)
-    for piece in range(pieces):
-        left, right = t_end * piece / pieces, t_end * (piece + 1) / pieces
-        sum_w, sum_pull = sum_w * c + sum_pull * s, sum_pull * c - sum_w * s
-        gap_w, gap_pull = gap_w * u + gap_pull * z, gap_pull * u - gap_w * z
+    mode_1, mode_2 = 0.5 * motion.mode[0], 0.5 * motion.mode[1]
+    slope_1 = slope_2 = 1.0
+    bend_1 = bend_2 = right = 0.0
+    for piece in range(pieces + 1):
+        left, right = right, t_end * piece / pieces
         later_1, later_2 = mode_1 * (sum_pull - gap_pull), mode_2 * (sum_pull + gap_pull)
         bent_1 = mode_1 * (frequency * gap_w - sum_w)
         bent_2 = -mode_2 * (frequency * gap_w + sum_w)
@@ -751,7 +744,12 @@ def watch_both(system: System, laws: Floats, motion: Motion, work: Work, t_end: 
             lobe_margin(system, laws, motion, work, 1, left, right)
         elif hides_a_turn(slope_2, later_2, bend_2, bent_2, right - left):
             short_lobe_margin(system, laws, motion, work, 1, left, right)
-        slope_1, bend_1, slope_2, bend_2 = later_1, bent_1, later_2, bent_2
+        # A slip starts by leaving zero.
+        slope_1 = 1.0 if piece == 0 and w_1 == 0.0 else later_1
+        slope_2 = 1.0 if piece == 0 and w_2 == 0.0 else later_2
+        bend_1, bend_2 = bent_1, bent_2
+        sum_w, sum_pull = sum_w * c + sum_pull * s, sum_pull * c - sum_w * s
+        gap_w, gap_pull = gap_w * u + gap_pull * z, gap_pull * u - gap_w * z
     move_both(system, laws, motion, work, t_end)
 
 
