@@ -47,6 +47,8 @@ Event = tuple[float, int, int]
 MODES = {kind: mode for mode, kind in EVENT_KINDS.items()}
 T_END = 6.0
 FINE = 0.002  # steps of the slow reference
+SETTLES = 1e-9  # what it tells apart
+SAME = 1e-13  # of an instant
 TOLERANCE = 5e-13  # more than doubles lose on either side: 1.5e-13 at most of 40 000 motions
 ULPS = 64 * np.finfo(float).eps
 NOISES = (1e-8, 1e-10, 1e-12)
@@ -170,26 +172,26 @@ def told(model: ss.Structure, q: Floats, v: Floats) -> Told:
     return Told(sorted(events), end.t, end.x[:n], end.v[:n], int(motion.status))
 
 
-def difference(one: Told | Motion, other: Motion) -> float:
+def difference(one: Told | Motion, other: Motion, same: float = SAME) -> float:
     """Largest difference of ends, of signals at times of events; infinite if events differ."""
-    if [each[1:] for each in by_time(one)] != [each[1:] for each in by_time(other)]:
+    ours, theirs = by_time(one, same), by_time(other, same)
+    if [each[1:] for each in ours] != [each[1:] for each in theirs]:
         return math.inf
-    pairs = zip(by_time(one), by_time(other), other.paces, strict=True)
+    pairs = zip(ours, theirs, other.paces, strict=True)
     times = [(a[0] - b[0]) * min(pace, 1.0) for a, b, pace in pairs]
     off = (*times, one.t - other.t, *(one.q - other.q), *(one.v - other.v))
     return float(np.abs(off).max())
 
 
-SAME = 1e-13  # of an instant
 UNSURE = 5e-12  # a decision of the oracle that is as close
 
 
-def by_time(motion: Told | Motion) -> list[Event]:
+def by_time(motion: Told | Motion, same: float = SAME) -> list[Event]:
     """Changes of mode, those at one instant by contact."""
     found: list[Event] = []
     start = -math.inf
     for time, k, m in motion.events:
-        start = start if time - start < SAME else time
+        start = start if time - start < same else time
         found.append((start, k, m))
     order = sorted(range(len(found)), key=lambda i: found[i])
     return [(motion.events[i][0], *found[i][1:]) for i in order]
@@ -224,7 +226,7 @@ def settled(model: ss.Structure, q: Floats, v: Floats, own: Told, kappa: float) 
                 slow = Plain(model).follow(q, v, T_END, step, own.events)
             events = sorted(slow.events)
             expected = Motion(OK, slow.t, slow.q, slow.v, q[:0], events, [1.0] * len(events), 0.0)
-            if difference(own, expected) < 1e-9 * kappa:
+            if difference(own, expected, SETTLES) < SETTLES * kappa:
                 lost = own.status == ss.status.CONTACT_LOST
                 return RIGHT if lost == slow.lost else WRONG
     except (ArithmeticError, np.linalg.LinAlgError):
