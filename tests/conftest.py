@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import contextmanager
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -20,6 +21,9 @@ settings.register_profile("many", settings.get_profile("local"), max_examples=15
 settings.register_profile("ci", settings.get_profile("local"), derandomize=True, database=None)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
 
+# The cores are the suite's own workers': tests/numerics/test_processes.py starts processes itself.
+os.environ.setdefault("LOKY_MAX_CPU_COUNT", "1")
+
 
 @pytest.fixture(autouse=True)
 def _no_figure_stays_open():
@@ -27,3 +31,20 @@ def _no_figure_stays_open():
     yield
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close("all")
+
+
+@pytest.fixture(scope="session")
+def two_processes():
+    """Tasks go to two processes, whatever this machine has, and from the first task on."""
+    from stickslip.numerics.processes import PROCESSES
+
+    @contextmanager
+    def started():
+        with pytest.MonkeyPatch.context() as patched:
+            for name, value in {"count": 2, "start": True, "are_up": True}.items():
+                patched.setattr(PROCESSES, name, value, raising=False)
+            yield PROCESSES
+
+    yield started
+    if PROCESSES.are_up:
+        PROCESSES.end()

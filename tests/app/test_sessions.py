@@ -12,7 +12,6 @@ from starlette.websockets import WebSocketDisconnect
 from tests.app.talk import CHAIN, COULOMB, opened, unpack
 
 import stickslip as ss
-from stickslip.analysis.work import in_threads
 from stickslip.app import explorer, requests
 from stickslip.app.jobs import CREDIT, CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.pictures import DRAW
@@ -437,23 +436,6 @@ def test_work_without_checkpoints_does_not_keep_others_out():
     assert order == ["stubborn begins", "modest", "stubborn ends", "greedy"]
     spin(Job(gate, "c", 10.0), 0.0)  # there is one slot again, and no more
     assert gate._free == 1
-
-
-def test_the_threads_of_a_job_are_called_off_with_it():
-    job = Job(Gate(1), "a", 10.0)
-
-    def endless(_):
-        while True:
-            checkpoint()
-            time.sleep(0.001)
-
-    def work():
-        with job.running():
-            in_threads(endless, [1, 2])
-
-    threading.Timer(0.05, job.call_off).start()
-    with pytest.raises(CalledOffError):
-        work()
 
 
 @pytest.mark.parametrize("end", [CalledOffError, TimeIsUpError])

@@ -1,22 +1,15 @@
-"""Long pieces of work: how much is done, whether Ctrl-C may cut them short; tasks on threads."""
+"""Long pieces of work: how much is done, and whether Ctrl-C may cut them short."""
 
 from __future__ import annotations
 
 from contextlib import contextmanager
-from contextvars import copy_context
 from threading import Lock
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING
 
 from stickslip.checks import check_callback, flag
-from stickslip.numerics.threads import pool
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
-THREADS: Final = 2  # what is Python between the kernels would keep more waiting
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+    from collections.abc import Callable, Iterator
 
 
 class Work:
@@ -70,12 +63,3 @@ class Work:
                     self.tell(done / n)
 
         return count
-
-
-def in_threads(
-    task: Callable[[Item], Result], items: Iterable[Item], threads: int = THREADS
-) -> list[Result]:
-    """Return ``task(item)`` of each item, in order; what calls off the caller does the threads."""
-    context = copy_context()
-    with pool(threads, "stickslip-analysis") as workers:
-        return list(workers.map(lambda item: context.copy().run(task, item), items))

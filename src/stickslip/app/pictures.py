@@ -144,7 +144,7 @@ def _diagram(request: requests.Diagram) -> Draw:
     survey = surveyed(f, request, low, high)
     watched = Work(progress_between(0.4, 0.5))
     diagram = diagram_of(survey, np.linspace(low, high, request.values), watched)
-    found = bifurcations_of(survey, progress_between(0.0, 1.0))
+    found = bifurcations_of(survey, Work(progress_between(0.0, 1.0)))
     return lambda ax: draw_diagram(diagram, ax, bifurcations=found)
 
 

@@ -1,7 +1,8 @@
-"""Threads, where there are some: Python in a browser starts none."""
+"""Threads, where there are some: not in a browser, and not in one of several processes."""
 
 from __future__ import annotations
 
+import os
 import threading
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from functools import cache
@@ -10,10 +11,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+PROCESS = "STICKSLIP_PROCESS"  # set in the environment of those that share the cores
+
 
 @cache
 def threads_start() -> bool:
-    """Whether a thread starts here."""
+    """Whether a thread starts here, and has a core."""
+    if PROCESS in os.environ:
+        return False
     try:
         threading.Thread(target=int, daemon=True).start()
     except RuntimeError:

@@ -1,5 +1,7 @@
 """bifurcations of families whose bifurcations are known in closed form."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from tests.analysis import known_maps as examples
@@ -262,7 +264,7 @@ def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
 @pytest.mark.parametrize(
     ("module", "name", "lost"),
     [
-        ("scan.survey", "join", "the changes of orbits"),
+        ("scan.between", "join", "the changes of orbits"),
         ("bifurcations", "explained", "a flip"),
         ("bifurcations", "orbit_curves", "the curves"),
         ("bifurcations", "cascades", "the cascades"),
@@ -282,3 +284,18 @@ def test_a_fault_costs_its_own_part_and_is_told(monkeypatch, caplog, module, nam
     assert f"a fault of the program left out {lost}" in said
     assert said in repr(found).replace("  unresolved: ", "")
     assert "of no concern" not in said
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "ends"),
+    [(examples.logistic(3.0), "r", (3.4, 3.7)), (ss.examples.coulomb(), "V", (0.0368, 0.037))],
+)
+def test_processes_change_nothing(two_processes, system, name, ends):
+    asked = partial(bifurcations, system, name, ends, max_period=3, n_lists=8)
+    here = asked()
+    with two_processes():
+        found = asked()
+    assert repr(found) == repr(here)
+    assert [item.value for item in found] == [item.value for item in here]
+    for one, other in zip(found.curves, here.curves, strict=True):
+        np.testing.assert_array_equal(one.points, other.points)

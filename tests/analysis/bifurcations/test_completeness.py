@@ -361,7 +361,7 @@ def test_attractors_beside_a_collision_do_not_hang_on_the_range(ends):
     assert "period 5, 8; chaos" in span.reason
 
 
-@pytest.mark.parametrize("share", [0.0, 0.2])
+@pytest.mark.parametrize("share", [0.0, 0.3])
 def test_an_interrupted_list_says_what_it_left_out(share):
     def interrupt(done):
         if done > share:

@@ -42,7 +42,7 @@ def test_one_survey_serves_a_diagram_and_a_list():
     survey = Survey(Family(f, "r"), 2.9, 3.2, 2)
     survey.run(N_LISTS)
     assert diagram_of(survey, values, Work()) == bifurcation_diagram(f, "r", values, max_period=2)
-    assert bifurcations_of(survey, Work().tell) == bifurcations(f, "r", (2.9, 3.2), max_period=2)
+    assert bifurcations_of(survey, Work()) == bifurcations(f, "r", (2.9, 3.2), max_period=2)
 
 
 def two_cycle(r):
@@ -268,7 +268,7 @@ class TestResult:
         np.testing.assert_array_equal(data.r, doubling.values)
         np.testing.assert_array_equal(data.multiplier[0], doubling.orbits[0].multipliers)
 
-    @pytest.mark.parametrize("share", [0.1, 0.45])
+    @pytest.mark.parametrize("share", [0.2, 0.45])
     def test_interrupted_diagrams_say_where_they_end(self, share):
         def interrupt(done):
             if done > share:
@@ -290,18 +290,14 @@ class TestResult:
         )
         assert seen == sorted(seen)
         assert seen[-1] == 1.0
-        # One for each hundredth of the values, however many these are.
-        assert len([share for share in seen if 0.6 < share < 1.0]) == 99
+        assert len([share for share in seen if 0.6 < share < 1.0]) >= 10
 
-    def test_threads_do_not_change_the_orbits(self, monkeypatch, doubling):
-        from stickslip.analysis.diagrams import diagrams as module
-
-        monkeypatch.setattr(module, "available_threads", lambda: 1)
-        alone = bifurcation_diagram(
-            logistic(), "r", doubling.values, max_period=4, attractors=False
-        )
-        for one, other in zip(alone.orbits, doubling.orbits, strict=True):
-            np.testing.assert_allclose(one.points, other.points, rtol=0, atol=NEAR_BIRTH)
+    def test_processes_change_nothing(self, two_processes, doubling):
+        with two_processes():
+            found = bifurcation_diagram(logistic(), "r", doubling.values, max_period=4)
+        for one, other in zip(found.orbits, doubling.orbits, strict=True):
+            np.testing.assert_array_equal(one.points, other.points)
+        np.testing.assert_array_equal(found.attractors.points, doubling.attractors.points)
 
 
 class TestErrors:

@@ -39,15 +39,18 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
 from stickslip.analysis.maps.protocol import FamilyND, explanation
 from stickslip.analysis.orbits.newton import solve_orbit
-from stickslip.analysis.work import Work, in_threads
+from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, shown, whole_number
+from stickslip.numerics.processes import in_processes
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from stickslip.analysis.bifurcations.bifurcation import Cascade
+    from stickslip.analysis.bifurcations.conditions.locate import MapAt
     from stickslip.analysis.bifurcations.crisis.crises import CrisisEvent
+    from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.maps.protocol import MapFamily, Modelled
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
@@ -145,13 +148,13 @@ def bifurcations(
     survey = Survey(family, lo, hi, max_period, work.part(0.0, HALF))
     count = N_LISTS if n_lists is None else n_lists
     survey.run(whole_number("n_lists", count, 3, at_most=MOST_KEPT))
-    return bifurcations_of(survey, work.tell)
+    return bifurcations_of(survey, work)
 
 
-def bifurcations_of(survey: Survey, tell: Callable[[float], None]) -> BifurcationList:
+def bifurcations_of(survey: Survey, work: Work) -> BifurcationList:
     """Locate and explain what a survey of a range has found."""
     f = survey.family.f
-    report = _Report(survey, f, tell)
+    report = _Report(survey, f, work)
     with survey.resolved():
         found = report.made()
         return _with_mechanisms(found, report) if hasattr(f, "explain_break") else found
@@ -207,13 +210,23 @@ def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
     return replace(item, mechanism=text, block=block)
 
 
+def _at_node(at: MapAt, node: Node) -> ParameterPoint:
+    return parameter_point(at, node.q, node.orbits, node.fast)
+
+
+def _look(at: MapAt, q: float) -> ParameterPoint | UnresolvedChange:
+    """Find the attractors at a value; if that fails, what is left out."""
+    noted: list[UnresolvedChange] = []
+    point = attempted(lambda: parameter_point(at, q), "attractors", q, q, noted)
+    return noted[0] if point is None else point
+
+
 class _Report:
     """A survey turned into a list of bifurcations."""
 
-    def __init__(self, survey: Survey, f: MapFamily, tell: Callable[[float], None]) -> None:
-        self.survey, self.f, self.tell = survey, f, tell
+    def __init__(self, survey: Survey, f: MapFamily, work: Work) -> None:
+        self.survey, self.f, self.work = survey, f, work
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
-        self.work = survey.work
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
@@ -229,25 +242,23 @@ class _Report:
         family, whole = survey.family, (survey.lo, survey.hi)
         found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
         curves = self.part(lambda: orbit_curves(survey, concerned), "the curves") or ()
+        tell = self.work.part(HALF, 0.65).tell
         chains = self._search(
-            lambda: cascades(found, curves, family, whole, survey.max_period), "the cascades"
+            lambda: cascades(found, curves, family, whole, survey.max_period, tell), "the cascades"
         )
         later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
-        self.tell(0.65)
         crises_found = self._search(self._crises, "the crises")
         # Beyond the last flip that was solved for come more, up to there.
         self.accumulations = [chain.accumulation for chain in chains]
         self.values += [item.value for item in (*later, *crises_found)]
-        self.tell(0.8)
         items = [*found, *later]
         full = self._search(lambda: self._with_attractors(items, chains), "attractors") or items
-        self.tell(0.9)
         ends = [end for curve in curves for end in curve.ends]
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
         listed = [*self.values, *self.accumulations, *left]
         looks = [look for q, look in sorted(self.looks.items()) if survey.lo <= q <= survey.hi]
         unexplained, outside = accounted(looks, listed, survey.max_period)
-        self.tell(1.0)
+        self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         chains = [
             replace(chain, flips=tuple(new.get(id(flip), flip) for flip in chain.flips))
@@ -312,7 +323,12 @@ class _Report:
         sides = {id(item): self._sides(item.value, share) for item in items}
         places = {q for pair in sides.values() for q in pair}
         places |= {q for q in more if self.survey.lo < q < self.survey.hi}
-        self._looked_at(filter(None, in_threads(self._point_at, sorted(places))))
+        look = partial(_look, self.survey.family.at)
+        for found in in_processes(look, sorted(places), self.work.part(0.8, 0.9).tell):
+            if isinstance(found, UnresolvedChange):
+                self.unresolved.append(found)
+            else:
+                self._looked_at([found])
         full = []
         for item in items:
             below, above = (self.looks.get(q) for q in sides[id(item)])
@@ -320,9 +336,6 @@ class _Report:
                 item = with_attractors(item, below, above, self.survey.width)
             full.append(item)
         return full
-
-    def _point_at(self, q: float) -> ParameterPoint | None:
-        return self.part(lambda: parameter_point(self.survey.family.at, q), "attractors", q)
 
     def _sides(self, value: float, share: float) -> tuple[float, float]:
         """Where, just below and above a value, attractors are looked at: clear of other events."""
@@ -342,10 +355,12 @@ class _Report:
     def _crises(self) -> list[Bifurcation]:
         """Find crises between the values of the grid."""
         survey, at = self.survey, self.survey.family.at
-        grid = [parameter_point(at, node.q, node.orbits, node.fast) for node in survey.grid_nodes]
+        tell = self.work.part(0.65, 0.7).tell
+        grid = list(in_processes(partial(_at_node, at), survey.grid_nodes, tell))
         self._looked_at(grid)
         looks = LOOKS // 8 if survey.crowded else LOOKS
-        found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks)
+        tell = self.work.part(0.7, 0.8).tell
+        found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks, tell=tell)
         self._looked_at(side for event in found for side in event.sides)
         return [self._crisis(event) for event in found if not self._explained(event)]
 

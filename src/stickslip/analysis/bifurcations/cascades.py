@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -15,10 +16,10 @@ from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, flip_
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import values_and_slopes
 from stickslip.analysis.orbits.newton import Polished, polish_on, solve_orbit
-from stickslip.analysis.work import in_threads
+from stickslip.numerics.processes import in_processes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
@@ -43,21 +44,20 @@ def cascades(
     family: Family,
     range: tuple[float, float],
     max_period: int,
+    tell: Callable[[float], None] = lambda share: None,
 ) -> list[Cascade]:
     """Follow the cascade from each supercritical flip of no doubled orbit, to the range's ends."""
     flips = [b for b in found if b.kind == "flip" and b.criticality == "super"]
     after = {id(flip): _successor(flip, flips, curves) for flip in flips}
     followers = {id(flip) for flip in after.values()}
-
-    def chain_from(flip: Bifurcation) -> list[Bifurcation]:
-        chain = [flip]
+    chains = [[flip] for flip in flips if id(flip) not in followers]
+    for chain in chains:
         while (successor := after[id(chain[-1])]) is not None:
             chain.append(successor)
-        if 2 * chain[-1].period > max_period:
-            chain += _beyond(chain, family, range)
-        return chain
-
-    chains = in_threads(chain_from, (flip for flip in flips if id(flip) not in followers))
+    open_ones = [chain for chain in chains if 2 * chain[-1].period > max_period]
+    beyond = in_processes(partial(_beyond, family, range), open_ones, tell)
+    for chain, more in zip(open_ones, beyond, strict=True):
+        chain += more
     return [_cascade(chain) for chain in chains if len(chain) > 1]
 
 
@@ -97,7 +97,7 @@ class _Level:
 
 
 def _beyond(
-    chain: list[Bifurcation], family: Family, range: tuple[float, float]
+    family: Family, range: tuple[float, float], chain: list[Bifurcation]
 ) -> list[Bifurcation]:
     """Follow a cascade from its last flip on, as far as it takes and as flips are sharp."""
     coefficient = flip_coefficient(family.whole(chain[-1].value), chain[-1].points)

@@ -26,9 +26,9 @@ from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalRea
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
     from stickslip.analysis.bifurcations.outcome import Outcome
+    from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node
-    from stickslip.analysis.bifurcations.scan.survey import Span
 
 
 PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does

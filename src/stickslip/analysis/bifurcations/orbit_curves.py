@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.analysis.bifurcations.explain import Concerned
+    from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
-    from stickslip.analysis.bifurcations.scan.survey import Span, Survey
+    from stickslip.analysis.bifurcations.scan.survey import Survey
     from stickslip.analysis.bifurcations.scan.tracking import Piece
     from stickslip.analysis.maps.protocol import Floats, Labels
 

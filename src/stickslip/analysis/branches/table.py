@@ -28,6 +28,7 @@ from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.pieces import Hints, TooManyPiecesError, hints_of, pieces_of_powers
 from stickslip.analysis.maps.protocol import base_and_exponent
 from stickslip.checks import finite_number
+from stickslip.numerics.processes import travels
 from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked m
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 
-_RESOLUTION: ContextVar[float] = ContextVar("resolution", default=RESOLUTION)
+_RESOLUTION: Final = travels(ContextVar("resolution", default=RESOLUTION))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

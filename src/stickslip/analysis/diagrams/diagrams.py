@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial as partial_of
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
@@ -26,16 +26,16 @@ from stickslip.analysis.diagrams.orbit_curves import fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
 from stickslip.analysis.maps.protocol import FamilyND
 from stickslip.analysis.orbits.orbit import ON_CIRCLE
-from stickslip.analysis.work import Work, in_threads
+from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
-from stickslip.numerics.targets import available_threads
+from stickslip.numerics.processes import in_processes
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
@@ -47,7 +47,7 @@ SPREAD: Final = 16  # starting points, besides critical ones, at the values next
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 AT_LEAST: Final = 64  # values that an interrupted call is content with
-SMALLEST_CHUNK: Final = 64  # values that are worth a thread
+CHUNK: Final = 8  # values at a time, about
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
@@ -182,16 +182,22 @@ def diagram_of(
         anchors = [nodes[q] for q in sorted(nodes)]
         breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
     work.tell(0.5)
-    orbits = _orbit_curves(maps, values, sampled)
-    count = work.part(0.6, 1.0).steps(len(values))
-    rows: list[list[Any]] = []
     if isinstance(survey, OrbitSurvey):
+        parts = fill(maps, values, sampled)
+        count = work.part(0.6, 1.0).steps(len(values))
         rows = _attractors_in_space(survey, maps, values, count) if attractors else []
     else:
-        critical = _critical_points(values, breaks, anchors)
-        rows = _attractors_of_line(
-            maps, values, orbits, critical, anchors, iterates, attractors, count
-        )
+        critical = _critical_points(values, breaks, anchors) if attractors else None
+        near_lists = np.searchsorted(values, [node.q for node in anchors])
+        chunks = _chunks(maps, values, critical, near_lists)
+        task = partial_of(_on_line, sampled, iterates)
+        found = list(in_processes(task, chunks, work.part(0.5, 1.0).tell))
+        rows = [row for _, some in found for row in some]
+        parts = [_joined(pieces) for pieces in zip(*(filled for filled, _ in found), strict=True)]
+    orbits = tuple(
+        OrbitCurve(item.period, *columns, ends=(item.ends[0], item.ends[1]))
+        for item, columns in zip(sampled, parts, strict=True)
+    )
     work.tell(1.0)
     return Diagram(
         parameter=family.name,
@@ -210,32 +216,46 @@ def diagram_of(
 # ------------------------------------------------------------------ orbits
 
 
-def _orbit_curves(
-    maps: list[Any], values: Floats, sampled: Sequence[SampledOrbit]
-) -> tuple[OrbitCurve, ...]:
-    """Solve for every orbit at every value; chunks of values on threads of their own."""
-    chunks = _chunks(len(values))
+@dataclass(frozen=True)
+class _Chunk:
+    """Neighbouring values of a diagram of a line."""
 
-    def task(chunk: slice) -> list[tuple[Floats, Any]]:
-        return fill(maps[chunk], values[chunk], sampled)
-
-    parts = in_threads(task, chunks, len(chunks))
-    return tuple(
-        OrbitCurve(
-            period=item.period,
-            points=np.concatenate([part[k][0] for part in parts]),
-            multipliers=np.concatenate([part[k][1] for part in parts]),
-            ends=(item.ends[0], item.ends[1]),
-        )
-        for k, item in enumerate(sampled)
-    )
+    maps: list[Any]
+    values: Floats
+    critical: list[Floats] | None  # points of each map; None: no attractors are looked for
+    near_lists: NDArray[np.bool_]  # where an attractor may be new: next to lists, at the first
 
 
-def _chunks(n: int) -> list[slice]:
-    """Cut n values into one stretch per processor core, if they are worth it."""
-    pieces = max(1, min(available_threads(), n // SMALLEST_CHUNK))
-    edges = [n * k // pieces for k in range(pieces + 1)]
-    return [slice(a, b) for a, b in pairwise(edges)]
+def _chunks(
+    maps: list[Any], values: Floats, critical: list[Floats] | None, near_lists: NDArray[np.intp]
+) -> Iterator[_Chunk]:
+    """Cut a diagram into stretches of about as many values each."""
+    n, looks = len(values), np.zeros(len(values) + 1, dtype=np.bool_)
+    looks[near_lists] = True
+    edges = np.linspace(0, n, max(1, n // CHUNK) + 1).astype(int)
+    looks[edges] = True
+    for part in map(slice, *np.array(list(pairwise(edges))).T):
+        yield _Chunk(maps[part], values[part], critical and critical[part], looks[part])
+
+
+def _on_line(
+    sampled: Sequence[SampledOrbit], iterates: int, chunk: _Chunk
+) -> tuple[list[tuple[Floats, Any]], list[list[Motion]]]:
+    """Solve for every orbit at every value of a chunk; gather the stable ones, and attractors."""
+    filled = fill(chunk.maps, chunk.values, sampled)
+    settler, rows = Settler(max(iterates, FEWEST)), []
+    for k, f in enumerate(chunk.maps):
+        rows.append(_stable_cycles(filled, k))
+        if chunk.critical is not None:
+            cycles = [motion.points for motion in rows[-1]]
+            spread = spread_points(f, SPREAD, None) if chunk.near_lists[k] else np.empty(0)
+            rows[-1] += settler.at(f, cycles, chunk.critical[k], spread)
+    return filled, rows
+
+
+def _joined(pieces: tuple[tuple[Floats, Any], ...]) -> tuple[Floats, Any]:
+    points, multipliers = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    return points, multipliers
 
 
 def _missing(values: Floats, orbits: Sequence[OrbitCurve]) -> tuple[str, ...]:
@@ -290,46 +310,15 @@ def _attractors_in_space(
     return rows
 
 
-def _attractors_of_line(
-    maps: list[Any],
-    values: Floats,
-    orbits: Sequence[OrbitCurve],
-    critical: list[Floats],
-    anchors: Sequence[Node],
-    iterates: int,
-    search: bool,
-    count: Callable[[int], None],
-) -> list[list[Any]]:
-    """Gather the stable orbits, and what else orbits settle on, at every value."""
-    near_lists = set(np.searchsorted(values, [node.q for node in anchors]).tolist())
-
-    def task(chunk: slice) -> list[list[Motion]]:
-        settler, rows = Settler(max(iterates, FEWEST)), []
-        for k in range(chunk.start, chunk.stop):
-            known = _stable_cycles(orbits, k)
-            rows.append(known)
-            if search:
-                spread = np.empty(0)
-                if k == chunk.start or k in near_lists:
-                    spread = spread_points(maps[k], SPREAD, None)
-                cycles = [motion.points for motion in known]
-                rows[-1] = known + settler.at(maps[k], cycles, critical[k], spread)
-            count(1)
-        return rows
-
-    chunks = _chunks(len(values))
-    return [row for part in in_threads(task, chunks, len(chunks)) for row in part]
-
-
-def _stable_cycles(orbits: Sequence[OrbitCurve], k: int) -> list[Motion]:
+def _stable_cycles(filled: list[tuple[Floats, Any]], k: int) -> list[Motion]:
     """Return the stable orbits of one value."""
     found = []
-    for orbit in orbits:
-        multiplier = abs(orbit.multipliers[k])
+    for points, multipliers in filled:
+        multiplier = abs(multipliers[k])
         if multiplier < 1 + ON_CIRCLE:  # at its flip itself an orbit still attracts
             with np.errstate(divide="ignore"):
-                exponent = float(np.log(multiplier)) / orbit.period
-            found.append(Motion("periodic", orbit.points[k], exponent))
+                exponent = float(np.log(multiplier)) / points.shape[1]
+            found.append(Motion("periodic", points[k], exponent))
     return found
 
 

@@ -23,12 +23,14 @@ from stickslip.app.jobs import checkpoint, progress_between
 from stickslip.app.requests import Part
 from stickslip.app.views.model import map_of, naming, range_of
 from stickslip.numerics.arrays import Floats
+from stickslip.numerics.processes import PROCESSES
 
 SEEDS: Final = 8  # orbits that the first dots are taken from
 SETTLING: Final = 60  # steps of each before dots are kept
 KEPT: Final = 16  # dots of each
 COARSE: Final = 120  # values with first dots, at most
 BLOCKS: Final = 12  # parts that they come in
+GIVES_WAY: Final = 5  # niceness of a diagram's processes: somebody waits for other answers
 
 SHORT: Final = {
     "fold": "LP",
@@ -48,11 +50,12 @@ def diagram(request: requests.Diagram) -> Iterator[Part]:
     """Iterate for first dots; then follow all orbits; then find and explain their bifurcations."""
     f = line_family(map_of(request))
     low, high = range_of(f, request)
+    PROCESSES.begin(GIVES_WAY)
     yield from _dots(f, request, low, high)
     survey = surveyed(f, request, low, high)
     values = np.linspace(low, high, request.values)
     yield _branches(diagram_of(survey, values, Work(progress_between(0.4, 0.5))))
-    items = bifurcations_of(survey, progress_between(0.3, 0.8))
+    items = bifurcations_of(survey, Work(progress_between(0.3, 0.8)))
     data = {
         "bifurcations": [{"short": SHORT[item.kind], **item.row()} for item in items],
         "unresolved": [str(item) for item in items.unresolved],

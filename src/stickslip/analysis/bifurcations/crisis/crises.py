@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from heapq import heappop, heappush
 from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING, Final
@@ -34,9 +35,11 @@ from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.work import in_threads
+from stickslip.numerics.processes import in_processes
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
@@ -115,6 +118,7 @@ def crises(
     max_period: int = 4,
     finest: float = FINEST,
     looks: int = LOOKS,
+    tell: Callable[[float], None] = lambda share: None,
 ) -> list[CrisisEvent]:
     """Find the crises and band mergings between two or more ascending values of a grid."""
     # What changes across ``breaks``, values of known bifurcations, is their doing. Intervals below
@@ -123,18 +127,27 @@ def crises(
     if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
         raise ValueError("grid: points at two or more ascending values are needed.")
     known = list(breaks)
-
-    def between(ends: tuple[ParameterPoint, ParameterPoint]) -> list[CrisisEvent]:
-        part = _Search(at, known, max_period)
-        part.interval(*ends, finest, looks)
-        return part.events
-
+    between = partial(_between, at, known, max_period, finest, looks)
     search = _Search(at, known, max_period)
-    for event in chain.from_iterable(in_threads(between, pairwise(grid))):
+    for event in chain.from_iterable(in_processes(between, pairwise(grid), tell)):
         search.keep(event)
     search.at_end(grid[0], grid[0].value - grid[1].value)
     search.at_end(grid[-1], grid[-1].value - grid[-2].value)
     return sorted(search.events, key=lambda event: event.value)
+
+
+def _between(
+    at: MapAt,
+    known: Iterable[float],
+    max_period: int,
+    finest: float,
+    looks: int,
+    ends: tuple[ParameterPoint, ParameterPoint],
+) -> list[CrisisEvent]:
+    """Find the events between two values of the grid."""
+    search = _Search(at, known, max_period)
+    search.interval(*ends, finest, looks)
+    return search.events
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -38,6 +38,10 @@ class Family:
     def __init__(self, f: MapFamily, name: str, window: tuple[float, float] | None = None) -> None:
         self.f, self.name, self.window = f, name, window
         self._maps: OrderedDict[float, MapFamily] = OrderedDict()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to other processes without the maps."""
+        return type(self), (self.f, self.name, self.window)
 
     def whole(self, q: float) -> MapFamily:
         """Return the map at a value of the parameter, on all of its domain."""
@@ -116,7 +120,7 @@ class Node:
     beside: float = math.inf  # how far from an event the node was put, if it was
 
     @classmethod
-    def make(cls, family: Family, q: float, max_period: int, beside: float = math.inf) -> Node:
+    def make(cls, family: Family, max_period: int, q: float, beside: float = math.inf) -> Node:
         """List the orbits at a value of the parameter."""
         f = family.at(q)
         table = branch_table(f)

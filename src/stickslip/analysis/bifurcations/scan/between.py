@@ -1,0 +1,374 @@
+"""All that happens between two lists of orbits: events located, with lists just beside each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
+from stickslip.analysis.bifurcations.scan.events import (
+    SAME_VALUE,
+    Event,
+    Suspect,
+    flips_on,
+    in_the_middle,
+    located,
+    suspects_at_end,
+)
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
+from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
+from stickslip.analysis.branches.table import RESOLUTION
+from stickslip.analysis.continuation.curve import CurveEnd
+from stickslip.analysis.maps.protocol import domain_width
+
+BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
+SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
+CLEAR: Final = 0.2  # share of the way to the next event that these may take up
+FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
+NARROW: Final = 4e-4  # of the parameter: where a range is narrower, lists keep apart for rounding
+NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
+MAX_NODES: Final = 1000
+MAX_CROWDED: Final = 60  # ... where breaks accumulate, and each list costs much
+
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """An orbit that does not reach the other end of a span."""
+
+    piece: Piece  # as far as it was followed
+    event: Event | None  # what ended it
+    reason: str  # see `CurveEnd`
+
+
+@dataclass(eq=False)
+class Span:
+    """What lies between two neighbouring nodes."""
+
+    left: Node
+    right: Node
+    # at one value of the parameter; empty for a span between events
+    events: list[Event] = field(default_factory=list)
+    pieces: list[Piece] = field(default_factory=list)  # orbits that cross the span
+    # where there are events, or no explanation: places of orbits that do not cross
+    loose_left: list[int] = field(default_factory=list)
+    loose_right: list[int] = field(default_factory=list)
+    # between events: orbits that leave the window there, or end unexplained
+    endings: list[Ending] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Range:
+    """A range of a parameter that is searched for all changes of orbits up to a period."""
+
+    family: Family
+    lo: float
+    hi: float
+    max_period: int
+    resolution: float = RESOLUTION  # of the map's tables
+
+    @cached_property
+    def width(self) -> float:
+        """Of the map's domain."""
+        return domain_width(self.family.at(self.lo))
+
+    @property
+    def scale(self) -> float:
+        """Length of the range, or of the narrowest one whose shares rounding leaves clear."""
+        return max(self.hi - self.lo, NARROW * max(abs(self.lo), abs(self.hi)))
+
+    @property
+    def closest(self) -> float:
+        """How close to each other lists are made."""
+        return (BESIDE if self.scale > self.hi - self.lo else SPLIT) * self.scale
+
+    @property
+    def crowded(self) -> bool:
+        """Whether breaks accumulate, so that the map is resolved less."""
+        return self.resolution > RESOLUTION
+
+
+@dataclass(eq=False)
+class Found:
+    """What happens between two lists."""
+
+    spans: list[Span] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    unresolved: list[UnresolvedChange] = field(default_factory=list)
+    n_nodes: int = 0  # lists that were added
+
+
+def between(
+    whole: Range,
+    classes: SymbolClasses,
+    at_ends: dict[float, list[Suspect]],
+    ends: tuple[Node, Node],
+    *,
+    n_nodes: int,
+    known: Iterable[Event] = (),
+) -> Found:
+    """Explain what happens between two lists; if that fails, leave them unconnected."""
+    noted: list[UnresolvedChange] = []
+    left, right = ends
+    search = _Between(whole, deepcopy(classes), at_ends, n_nodes, known)
+    what = "the changes of orbits"
+    found = attempted(lambda: search.explained(left, right), what, left.q, right.q, noted)
+    if found is None:
+        loose = [list(range(len(node.orbits))) for node in ends]
+        span = Span(left, right, loose_left=loose[0], loose_right=loose[1])
+        found = Found([span], unresolved=noted)
+    return found
+
+
+class _Between:
+    """Two lists of orbits, and those that are added between them until nothing is left open."""
+
+    def __init__(
+        self,
+        whole: Range,
+        classes: SymbolClasses,
+        at_ends: dict[float, list[Suspect]],
+        n_nodes: int,
+        known: Iterable[Event],
+    ) -> None:
+        self.whole, self.family, self.classes = whole, whole.family, classes
+        self.found, self.n_nodes, self.known = Found(), n_nodes, list(known)
+        self._at_ends = at_ends  # events there are in no list's middle
+        self._ways_known: dict[tuple[float, int, int], Way] = {}
+
+    def _node(self, q: float, beside: float = math.inf) -> Node:
+        """Add a list."""
+        node = Node.make(self.family, self.whole.max_period, q, beside)
+        self.classes.learn(node.table)
+        self.found.n_nodes += 1
+        return node
+
+    def explained(self, left: Node, right: Node) -> Found:
+        """Explain all that happens between two nodes, by adding nodes if need be."""
+        todo = [(left, right)]
+        while todo:
+            span = Span(*todo.pop())
+            fresh, unexplained = self._look(span)
+            if fresh:
+                todo += self._cut(span, fresh)
+            elif unexplained and self._may_narrow(span):
+                middle = self._node(0.5 * (span.left.q + span.right.q))
+                todo += [(span.left, middle), (middle, span.right)]
+            else:
+                self.found.spans.append(span)
+                self.found.unresolved += unexplained
+        return self.found
+
+    def _may_narrow(self, span: Span) -> bool:
+        wide = span.right.q - span.left.q > NARROWEST * self.whole.scale
+        most = MAX_CROWDED if self.whole.crowded else MAX_NODES
+        return wide and self.n_nodes + self.found.n_nodes < most
+
+    def _look(self, span: Span) -> tuple[list[Event], list[UnresolvedChange]]:
+        """Join two lists; return events that are new, and what none explains."""
+        joined = join(span.left, span.right, self.family, self.classes)
+        span.pieces = joined.pieces
+        ways = self._ways(span, joined.left, joined.right)
+        fresh: list[Event] = []
+        unexplained: list[UnresolvedChange] = []
+        for piece in span.pieces:
+            for suspect in flips_on(piece):
+                event = located(suspect, self.family, self._within(span))
+                if event is None:
+                    unexplained.append(
+                        self._open(span, piece, "the multiplier passes -1, but no flip is found")
+                    )
+                else:
+                    self._add(event, fresh)
+            if (np.diff(np.sign(piece.multipliers - 1)) != 0).any():
+                unexplained.append(
+                    self._open(span, piece, "the multiplier passes 1 without a fold")
+                )
+        for left, right, way in ways:
+            piece = way.piece(left, right)
+            event = self._end_of(way, span, fresh)
+            if event is not None:
+                self._add(event, fresh)
+            elif way.arrived:
+                reason = "an orbit arrives that the complete list does not contain"
+                unexplained.append(self._open(span, piece, reason))
+            elif way.end.reason != "end of domain":
+                unexplained.append(self._open(span, piece, f"an orbit ends ({way.end.reason})"))
+            span.endings.append(Ending(piece, event, way.end.reason))
+        for node in (span.left, span.right):
+            for suspect in self._at_ends.get(node.q, []):
+                event = located(suspect, self.family, self._within(span))
+                if event is not None and in_the_middle(node.q, [event.value]):
+                    self._add(event, fresh)
+        if not (fresh or unexplained):
+            unexplained += self._hidden_collisions(span, fresh)
+        return fresh, unexplained
+
+    def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
+        """Find the collisions of orbits that are in neither list; return what is no collision."""
+        unexplained = []
+        # Where a crowd takes a table at each value, those at the ends of the span have to do.
+        coarse = self.whole.crowded and not self.classes.telling
+        narrowest = math.inf if coarse else BESIDE * self.whole.scale
+        for suspect in hidden_collisions(
+            span.left, span.right, self.family, self.whole.max_period, self.classes, narrowest
+        ):
+            event = located(suspect, self.family, self._within(span))
+            if event is not None:
+                self._add(event, fresh)
+                continue
+            reason = "an image of a break passes it, but no collision is found"
+            assert isinstance(suspect.condition, Collision)
+            period, x = suspect.condition.period, suspect.condition.border.x
+            ends = span.left.q, span.right.q
+            unexplained.append(UnresolvedChange(reason, *ends, period, x))
+        return unexplained
+
+    def _ways(
+        self, span: Span, loose_left: list[int], loose_right: list[int]
+    ) -> list[tuple[int | None, int | None, Way]]:
+        """Follow the orbits that were not matched; those that arrive become pieces."""
+        missing = {-1: set(loose_left), 1: set(loose_right)}
+        todo = [(side, k) for side in (-1, 1) for k in sorted(missing[side])]
+        # Those whose way is known in part come first: it ends where the others begin.
+        todo.sort(key=lambda item: self._key(span, *item) not in self._ways_known)
+        lost: dict[tuple[int, int], Way] = {}
+        for side, k in todo:
+            if k not in missing[side]:
+                continue
+            way = self._follow(span, side, k)
+            there = self._arrival(way, span.right if side < 0 else span.left)
+            if there in missing[-side]:
+                left, right = (k, there) if side < 0 else (there, k)
+                span.pieces.append(way.piece(left, right))
+                missing[side].discard(k)
+                missing[-side].discard(there)
+                lost.pop((-side, there), None)
+            else:
+                lost[side, k] = way
+        return [(k, None, way) if side < 0 else (None, k, way) for (side, k), way in lost.items()]
+
+    def _key(self, span: Span, side: int, k: int) -> tuple[float, int, int]:
+        return (span.left if side < 0 else span.right).q, side, k
+
+    def _follow(self, span: Span, side: int, k: int) -> Way:
+        """Follow an orbit of one node of a span towards the other, from as far as is known."""
+        start, goal = (span.left, span.right) if side < 0 else (span.right, span.left)
+        key = self._key(span, side, k)
+        way = follow(start, k, goal.q, self.family, self.classes, self._ways_known.get(key))
+        if not self.classes.telling:
+            way = self._ended_at_passed_border(way, start, k, goal)
+        self._ways_known[key] = way
+        return way
+
+    def _ended_at_passed_border(self, way: Way, start: Node, k: int, goal: Node) -> Way:
+        """Where labels do not tell branches apart, an orbit may have passed a break unnoticed."""
+        there = self._arrival(way, goal)
+        if there is None:
+            return way
+        before, after = same_places(start.breaks, goal.breaks)
+        n = start.orbits[k].period
+        old = start.bundle.points[k, :n, None] - start.breaks[before]
+        new = goal.bundle.points[there, :n, None] - goal.breaks[after]
+        places, passed = np.nonzero((old < 0) != (new < 0))
+        if not places.size:
+            return way
+        breaks = [item for item in goal.table.breakpoints if item.kind != "smooth"]
+        off, off_there = old[places[0], passed[0]], new[places[0], passed[0]]
+        share = float(off / (off - off_there))
+        end = CurveEnd(
+            "breakpoint",
+            {self.family.name: start.q + share * (goal.q - start.q)},
+            goal.orbits[there].points,
+            index=int(places[0]),
+            side=-1 if off < 0 else 1,
+            border=TrackedDiscontinuity.of(breaks[after[passed[0]]]),
+        )
+        return replace(way, end=end, gone=tuple(np.unique(places).tolist()))
+
+    def _arrival(self, way: Way, node: Node) -> int | None:
+        """Place of an orbit that has arrived in the list there."""
+        if not way.arrived:
+            return None
+        points = way.end.points
+        return node.find(np.roll(points, -int(np.argmin(points))), FOUND * node.width)
+
+    def _end_of(self, way: Way, span: Span, fresh: list[Event]) -> Event | None:
+        """Find the event that ends an orbit's way: a known one, or one to solve for."""
+        for suspect in suspects_at_end(way, self.family):
+            found = located(suspect, self.family, self._within(span))
+            if found is not None:
+                alike = (e for e in fresh if found.same_as(e, self.whole.scale, self.whole.width))
+                return next(alike, found)
+        return None
+
+    def _within(self, span: Span) -> tuple[float, float]:
+        """Where events of a span may lie: a little beyond, as they may be known ones there."""
+        pad = 2 * BESIDE * self.whole.scale
+        return max(span.left.q - pad, self.whole.lo), min(span.right.q + pad, self.whole.hi)
+
+    def _add(self, event: Event, fresh: list[Event]) -> None:
+        """Remember an event unless it is known."""
+        if not self._is_among(event, [*self.known, *self.found.events]):
+            self.found.events.append(event)
+            fresh.append(event)
+
+    def _is_among(self, event: Event, others: Iterable[Event]) -> bool:
+        return any(event.same_as(other, self.whole.scale, self.whole.width) for other in others)
+
+    def _open(self, span: Span, piece: Piece, reason: str) -> UnresolvedChange:
+        x = float(piece.points[0, 0])
+        return UnresolvedChange(reason, span.left.q, span.right.q, piece.period, x)
+
+    # ------------------------------------------------------------------ around events
+
+    def _cut(self, span: Span, fresh: list[Event]) -> list[tuple[Node, Node]]:
+        """Put nodes on both sides of new events; return the spans between them."""
+        groups = self._groups(fresh)
+        bounds = [span.left.q, *(group[0].value for group in groups), span.right.q]
+        places: dict[tuple[int, int], tuple[float, float]] = {}
+        for k, group in enumerate(groups):
+            rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
+            # An event at the value of a list, as at an end of the range, has its list already.
+            open_sides = [side for side in (0, 1) if rooms[side] > self.whole.closest]
+            beside = min([BESIDE * self.whole.scale, *(CLEAR * rooms[side] for side in open_sides)])
+            for side in open_sides:
+                value = group[-1].value + beside if side else group[0].value - beside
+                places[k, side] = value, beside
+        nodes = {key: self._node(*place) for key, place in places.items()}
+        plain: list[tuple[Node, Node]] = []
+        last = span.left
+        for k, group in enumerate(groups):
+            before, after = nodes.get((k, 0), last), nodes.get((k, 1), span.right)
+            if before is not last:
+                plain.append((last, before))
+            # What does not cross the span that holds the events is what they concern.
+            joined = join(before, after, self.family, self.classes)
+            self.found.spans.append(
+                Span(before, after, group, joined.pieces, joined.left, joined.right)
+            )
+            last = after
+        if last is not span.right:
+            plain.append((last, span.right))
+        return plain
+
+    def _groups(self, fresh: list[Event]) -> list[list[Event]]:
+        """Events in ascending order, those at one value together."""
+        groups: list[list[Event]] = []
+        for event in sorted(fresh, key=lambda item: item.value):
+            if groups:
+                last = groups[-1][-1]
+                errors = last.located.error + event.located.error
+                if event.value - last.value <= 8 * errors + SAME_VALUE * self.whole.scale:
+                    groups[-1].append(event)
+                    continue
+            groups.append([event])
+        return groups
