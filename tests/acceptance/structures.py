@@ -465,9 +465,9 @@ def returns(_: str, number: int) -> Count:
             continue  # outside
         found = f.evaluate(row)
         value = np.atleast_1d(found.value)
-
+        wanted_end = {OK: ARRIVED, ss.status.CONTACT_LOST: LOST}.get(int(found.status))
         count.answers += 1
-        if found.status != OK:
+        if wanted_end is None:
             count.endless += 1
             continue
         last = t + 1.1 * float(found.duration) + 1.0
@@ -479,16 +479,17 @@ def returns(_: str, number: int) -> Count:
             return follower.follow(x, u, last, t=t, until=until, noise=noise)
 
         end = run(0.0)
-        if end.ending != ARRIVED:
+        if end.ending != wanted_end:
             count.differ += 1
             count.add(doubted(run, end, growth(run, end)), f"returns {number} at {row!r}: {end}")
             continue
-        wanted = np.atleast_1d(f.point(end.q, end.v, end.t))
-        off = np.abs(value - wanted)
-        turns = f.periods
-        off = float(np.where(turns < np.inf, np.minimum(off, np.abs(turns - off)), off).max())
-        off = max(off, abs(float(found.duration) - (end.t - t)))
-        kappa = max(1.0, float(np.abs(found.derivative).max()))
+        off, kappa, wanted = abs(float(found.duration) - (end.t - t)), 1.0, np.empty(0)
+        if wanted_end == ARRIVED:
+            wanted = np.atleast_1d(f.point(end.q, end.v, end.t))
+            apart, turns = np.abs(value - wanted), f.periods
+            apart = np.where(turns < np.inf, np.minimum(apart, np.abs(turns - apart)), apart)
+            off = max(off, float(apart.max()))
+            kappa = max(kappa, float(np.abs(found.derivative).max()))
         if off > TOLERANCE * kappa:
             kappa = max(kappa, growth(run, end))
         if count.agrees(off, kappa):

@@ -35,7 +35,7 @@ SHORTEST = 1e-9
 ACCURACY = 1e-14  # of the estimate of order five, far above the error itself
 CLOSE = 1e-6  # a bound on a minimum that is no reason to look closer
 AT_REST = 1e-14  # relative velocity after the search for zero, force beside a limit
-BEGUN = 1e-12  # a signal that an event has left at zero
+BEGUN = 1e-12  # a signal that an event has left at zero, unless it falls
 FROM_ROUNDING = 1e-14  # a spring whose body rests stays at its limit
 SAME_TIME = 1e-7
 SHARE = 1e-13  # of a limit
@@ -605,6 +605,12 @@ def root(p, t, y, h, mode, foot, which, o):
 
 
 @kernel
+def has_begun(o, g):
+    """Whether a signal begins at zero: a slip that an event finds nearly at rest falls on."""
+    return o.value[g] < BEGUN and not (o.value[g] > 0.0 and o.value_rate[g] < -FROM_ROUNDING)
+
+
+@kernel
 def advance(p, t, h, fresh, o):
     """One step into `end`: (length, what to try next, pace of the event or 0, margin, sure)."""
     y, mode, foot = o.y, o.mode, o.foot
@@ -618,7 +624,7 @@ def advance(p, t, h, fresh, o):
             signals(p, t + h, o.trial, mode, foot, o, o.value_end, o.rate_end)
             if fresh:  # what begins at zero must have grown
                 for g in range(count):
-                    if o.value[g] < BEGUN:
+                    if has_begun(o, g):
                         good &= o.value_end[g] > 0.0 and o.rate_end[g] > -FROM_ROUNDING
         if good or h < SHORTEST:
             break
@@ -629,10 +635,9 @@ def advance(p, t, h, fresh, o):
     # Candidates first: the search for roots uses the same arrays.
     candidates = 0
     for g in range(count):
-        begun = o.value[g] < BEGUN and fresh
         if o.value_end[g] <= 0.0:
             candidates |= 1 << g
-        elif o.value_rate[g] < 0.0 < o.rate_end[g] and not begun:
+        elif o.value_rate[g] < 0.0 < o.rate_end[g] and not (fresh and has_begun(o, g)):
             at = (o.value[g] - o.value_end[g] + o.rate_end[g] * h) / (
                 o.rate_end[g] - o.value_rate[g]
             )

@@ -237,6 +237,19 @@ def test_a_motion_that_comes_to_slide_steadily_returns_no_more() -> None:
     assert np.ptp(end.v) < 1e-9
 
 
+def test_a_motion_whose_contact_is_lost_returns_no_more() -> None:
+    """A load that follows a free oscillation, 1 + 0.3 x_2, vanishes before the block comes back."""
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), V=1.0, load=[0.0, 0.3])
+    model = ss.Structure(mass=[1.0, 1.0], stiffness=np.eye(2), contacts=[contact])
+    f = ss.return_map(model)
+    release = {speed: f.point([1.0, 0.0], [1.0, -speed]) for speed in (2.0, 4.0)}
+    assert f.evaluate(release[2.0]).status == ss.status.OK
+    found = f.evaluate(release[4.0])  # x_2 = -4 sin t
+    assert found.status == ss.status.CONTACT_LOST
+    assert np.isnan(found.value).all()
+    np.testing.assert_allclose(found.duration, np.arcsin(1 / 1.2), rtol=1e-14)
+
+
 def test_a_map_is_saved_and_made_again(tmp_path) -> None:  # type: ignore[no-untyped-def]
     f = ss.return_map(axis(), coordinates=["x_2"])
     branches = ss.branches(f)

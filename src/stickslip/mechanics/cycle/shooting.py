@@ -11,7 +11,7 @@ import numpy as np
 from stickslip import status as status_codes
 from stickslip.mechanics.flow.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.recorder import place
-from stickslip.mechanics.flow.system import LOST, MAX_INSTANT
+from stickslip.mechanics.flow.system import MAX_INSTANT
 from stickslip.mechanics.model.plant import ROUNDING
 
 if TYPE_CHECKING:
@@ -115,9 +115,6 @@ class Shooter:
             if status != status_codes.OK:
                 break
             if motion.event.any():
-                if (motion.event == LOST).any():
-                    status = status_codes.CONTACT_LOST
-                    break
                 before = motion.mode.copy()
                 self.engine.settle(motion, self.work)
                 changed = np.flatnonzero(motion.mode != before)

@@ -19,7 +19,6 @@ from stickslip.mechanics.flow.engine import BlockEngine
 from stickslip.mechanics.flow.system import (
     BACKWARD,
     LANDING,
-    LOST,
     MAX_INSTANT,
     Phases,
     System,
@@ -153,16 +152,14 @@ class Recorder(ABC):
         t, status = engine.kernels.advance(
             engine.system, engine.laws, motion, self.work, self.rtol, cap
         )
-        if status != status_codes.OK:
+        if status not in (status_codes.OK, status_codes.CONTACT_LOST):
             return 0.0, int(status)
         if self._keeps_polynomials:
             self.polynomials.append(self._series())
-        if motion.event.any():
-            if (motion.event == LOST).any():
-                return t, status_codes.CONTACT_LOST
+        if status == status_codes.OK and motion.event.any():
             self.n_events += self._settle()
             self._note_global_stick()
-        return t, status_codes.OK
+        return t, int(status)
 
     def _settle(self) -> bool:
         """Change the modes at an event; tell whether any changed."""

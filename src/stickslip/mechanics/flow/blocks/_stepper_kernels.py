@@ -38,7 +38,7 @@ from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LAND
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, jet, value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
-from stickslip.status import AT_REST, LAW_FAILED, OK, STEP_FAILED
+from stickslip.status import AT_REST, CONTACT_LOST, LAW_FAILED, OK, STEP_FAILED
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._sliding_kernels import least_slope
@@ -72,7 +72,10 @@ def advance(
     rtol: float,
     cap: float,
 ) -> tuple[float, int]:
-    """Take one step, up to an event if one comes; return its length and a status."""
+    """Take one step, up to an event if one comes; return its length and a status.
+
+    `CONTACT_LOST` is told of a step that was taken: the motion ends there.
+    """
     list_active(system, motion, work)
     expand(system, laws, motion, work)
     h = min(cap, step_length(system, motion, work, rtol))
@@ -94,7 +97,16 @@ def advance(
             saltation_together(system, motion, work.rates)
         else:
             saltation(system, motion, work.rates)
-    return h, OK
+    return h, CONTACT_LOST if is_lost(motion) else OK
+
+
+@kernel(inline=True)
+def is_lost(motion: BlockMotion) -> bool:
+    """Whether a load vanishes at the end of a step."""
+    lost = False
+    for i in range(motion.mode.shape[0]):
+        lost = lost or motion.event[i] == LOST
+    return lost
 
 
 @kernel(inline=True)
