@@ -677,5 +677,5 @@ def test_the_cache_folder_depends_on_what_kernels_are_made_of(tmp_path):
         "mechanics/flow/transitions.py",
         "analysis/interpolation/_kernels.py",
     } <= inside
-    assert {"mechanics/flow/lanes/text.py", "numerics/vector.py"} <= inside
+    assert {"mechanics/flow/lanes/steps.py", "numerics/vector.py"} <= inside
     assert not any(name.startswith(("plot", "study", "studies", "cli")) for name in inside)

@@ -1,5 +1,7 @@
 """Lanes give the numbers of NumPy's arrays; vectors are as long as the processor has them."""
 
+from math import atan, exp, tanh
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,11 +17,12 @@ from stickslip.numerics.vector import (
     bits,
     from_bits,
     load,
+    of_lanes,
     polynomial,
-    products,
     select,
     store,
     wide_vectors,
+    written,
 )
 
 # --- lanes --------------------------------------------------------------------------------------
@@ -27,8 +30,8 @@ from stickslip.numerics.vector import (
 ROWS = arrays(np.float64, (3, LANES), elements=st.floats(-1e100, 1e100))
 
 
-@kernel
-def operators(x, out, number):
+@written
+def write_operators(x, out, number):
     """Every operator on three rows of `x`, with a number on either side too."""
     a, b, c = load(x, 0), load(x, LANES), load(x, 2 * LANES)
     store(out, 0 * LANES, a + b)
@@ -47,6 +50,12 @@ def operators(x, out, number):
     store(out, 13 * LANES, from_bits(bits(a)))
     store(out, 14 * LANES, from_bits((bits(a) >> 52 | 2) + 1 << 3 & 255))
     store(out, 15 * LANES, number)
+    store(out, 16 * LANES, of_lanes.exp(of_lanes.atan(b)) + of_lanes.pow(2.0, of_lanes.tanh(a)))
+
+
+@kernel
+def operators(x, out, number):
+    write_operators(x, out, number)
 
 
 def with_numpy(x, number):
@@ -55,37 +64,60 @@ def with_numpy(x, number):
     rows = [a + b, a - b, a * b, a / b, -a, abs(a), number + a, a - number, number / a]
     rows += [np.where(a < b, a, b), np.where(a <= number, 1.0, c)]
     rows += [np.where((a > b) & (b >= c), b, 0.0), np.where(~(a > b) | (number == c), a, 3.0)]
-    return np.array([*rows, a, whole.view(np.float64), np.full(LANES, number)])
+    calls = [exp(atan(one)) + pow(2.0, tanh(other)) for one, other in zip(b, a, strict=True)]
+    return np.array([*rows, a, whole.view(np.float64), np.full(LANES, number), calls])
 
 
 @pytest.mark.kernel
 @given(x=ROWS, number=st.floats(-1e3, 1e3))
 def test_operators_give_the_bits_of_numpy(x, number):
-    out = np.zeros((16, LANES))
+    out = np.zeros((17, LANES))
     with np.errstate(all="ignore"):
         operators(x.ravel(), out.ravel(), number)
         expected = with_numpy(x, number)
     np.testing.assert_array_equal(out, expected)
 
 
+@written
+def write_recurrence(x, out, p):
+    """Loops, lists and branches over what is known are written out: a reciprocal's series."""
+    u = [1.0 / load(x, 0)]
+    for k in range(1, 3):
+        total = 0.0
+        for j in range(k, 0, -1):
+            total += load(x, j * LANES) * u[k - j]
+        u.append(-total * u[0] * (p[1] if k == 2 else 1.0))
+    store(out, 0, polynomial(p[0], *u[::-1]))
+
+
 @kernel
-def sums(x, out, number):
-    a, b, c = load(x, 0), load(x, LANES), load(x, 2 * LANES)
-    store(out, 0, products(a, b, number, c, c, c))
-    store(out, LANES, polynomial(a, b, number, c))
+def recurrence(x, out, p):
+    write_recurrence(x, out, p)
 
 
 @pytest.mark.kernel
-@given(
-    x=arrays(np.float64, (3, LANES), elements=st.floats(-4.0, 4.0)),
-    number=st.floats(-4.0, 4.0),
-)
-def test_sums_as_single_statements(x, number):
-    out = np.zeros((2, LANES))
-    sums(x.ravel(), out.ravel(), number)
-    a, b, c = x
-    expected = [a * b + number * c + c * c, (b * a + number) * a + c]
-    np.testing.assert_allclose(out, expected, rtol=0, atol=1e-13)
+@given(x=arrays(np.float64, (3, LANES), elements=st.floats(0.5, 4.0)))
+def test_loops_are_written_out(x):
+    out = np.zeros(LANES)
+    recurrence(x.ravel(), out, np.array([0.5, 1.0]))
+    series = np.array([np.ones(LANES), *np.zeros((2, LANES))])
+    for k in range(3):
+        series[k] = (series[k] - sum(x[j] * series[k - j] for j in range(1, k + 1))) / x[0]
+    np.testing.assert_allclose(out, series[0] + 0.5 * series[1] + 0.25 * series[2], rtol=1e-12)
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="arrays have no truth value either, but in NumPy")
+def test_a_branch_on_lanes_is_refused():
+    @written
+    def branch(x):
+        store(x, 0, 1.0 if load(x, 0) > 0.0 else 2.0)
+
+    @kernel_uncached
+    def branching(x):
+        branch(x)
+
+    with pytest.raises(TypeError, match="select"):
+        branching(np.zeros(LANES))
 
 
 @pytest.mark.kernel
@@ -93,9 +125,13 @@ def test_lanes_are_read_and_written_where_they_are_said_to_be():
     x = np.arange(3.0 * LANES)
     out = np.zeros_like(x)
 
+    @written
+    def write(x, out):
+        store(out, 5, load(x, LANES))
+
     @kernel_uncached
     def moved(x, out):
-        store(out, 5, load(x, LANES))
+        write(x, out)
 
     moved(x, out)
     np.testing.assert_array_equal(out[5 : 5 + LANES], x[LANES : 2 * LANES])
@@ -143,10 +179,14 @@ def test_a_pass_over_lanes_uses_whole_vectors():
 
 @reads_code
 def test_lanes_are_whole_vectors():
+    @written
+    def write(x, out):
+        store(out, 0, load(x, 0) * load(x, LANES) + 1.0)
+
     @kernel(fused=True)
     def fused(x, out):
         wide_vectors()
-        store(out, 0, load(x, 0) * load(x, LANES) + 1.0)
+        write(x, out)
 
     x, out = np.arange(2.0 * LANES), np.zeros(LANES)
     assembly = assembly_of(fused, x, out)

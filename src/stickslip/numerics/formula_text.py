@@ -37,7 +37,7 @@ from stickslip.vocabulary import did_you_mean
 MOST_CHARACTERS: Final = 1000
 MOST_NESTED: Final = 50
 MOST_PARAMETERS: Final = 20
-MOST_OPERATIONS: Final = 300  # powers written out count: compiling takes some 0.5 s for each
+MOST_OPERATIONS: Final = 300  # powers written out count: compiling takes some 0.15 s for each
 LARGEST_EXPONENT: Final = 100
 MOST_EXPONENT_DIGITS: Final = 4  # with the sign, of a number taken exactly
 SPEED: Final = "s"  # the variable of friction laws, which is not negative: its modulus is itself

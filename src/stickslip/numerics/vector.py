@@ -1,24 +1,21 @@
-"""Lanes: eight doubles as one value of a kernel; every operation on them is vector code.
+"""Lanes: eight doubles as one value; every operation on them is vector code.
 
-They are one vector of AVX-512, two of AVX2; in plain Python arrays of NumPy. They come from an
-array (`load`) and go back into one (`store`). Numba spends its time on statements: one call that
-sums twenty products costs what one product does.
+A function of lanes is Python. It runs on arrays of NumPy; or once on values that write down what is
+asked of them, whatever loops, lists and branches lead there: straight-line code in the kernel that
+calls it (`written`). Numba would type every statement, which takes longer than all else.
 """
 
 from __future__ import annotations
 
-import operator
+import math
 from collections.abc import Callable
-from typing import Any, cast
+from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.datamodel import models
-from numba.core.imputils import lower_builtin
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import intrinsic, register_model
-from numpy.typing import NDArray
+from numba.extending import intrinsic
 
 from stickslip.numerics.targets import config
 
@@ -29,205 +26,265 @@ FUSED = ("contract",)
 # LLVM takes half vectors of AVX-512 on processors whose clock, it thinks, whole ones slow down.
 WIDEST = '"prefer-vector-width"="512"'
 
-Floats = NDArray[np.float64]
-Lanes = Any  # to the type checker, which does not know numba's types
+DOUBLE, WHOLE, TRUTH = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+LANES_KIND = ir.VectorType(DOUBLE, LANES)
+INSTRUCTIONS = {
+    DOUBLE: {"add": "fadd", "sub": "fsub", "mul": "fmul", "truediv": "fdiv", "neg": "fneg"},
+    WHOLE: {"add": "add", "and_": "and_", "or_": "or_", "lshift": "shl", "rshift": "ashr"},
+    TRUTH: {"and_": "and_", "or_": "or_", "invert": "not_"},
+}
+
+F = TypeVar("F", bound=Callable[..., Any])
+Lanes = Any  # an array, or a value that is written
+Floats = Any  # an array of either kind
 
 
-# --- plain Python -------------------------------------------------------------------------------
+# --- values that are written --------------------------------------------------------------------
 
 
-def _load(x: Floats, place: int) -> Lanes:
+class _Value:
+    """A double, or eight lanes of doubles, integers or truth values."""
+
+    __slots__ = ("builder", "context", "value")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, context: Any, builder: Any, value: Any) -> None:
+        self.context, self.builder, self.value = context, builder, value
+
+    def made(self, value: Any) -> _Value:
+        """Another one, in the same code."""
+        return _Value(self.context, self.builder, value)
+
+    def _instruction(self, name: str, *operands: Any) -> _Value:
+        element = getattr(self.value.type, "element", self.value.type)
+        flags = {"flags": FUSED} if len(operands) == 2 and element == DOUBLE else {}
+        emit = getattr(self.builder, INSTRUCTIONS[element][name])
+        return self.made(emit(*operands, **flags))
+
+    def _binary(self, name: str, other: Any, turned: bool = False) -> _Value:
+        one, two = _alike(self, other)
+        return self._instruction(name, *((two, one) if turned else (one, two)))
+
+    def __add__(self, other: Any) -> _Value:
+        return self._binary("add", other)
+
+    def __sub__(self, other: Any) -> _Value:
+        return self._binary("sub", other)
+
+    def __mul__(self, other: Any) -> _Value:
+        return self._binary("mul", other)
+
+    def __truediv__(self, other: Any) -> _Value:
+        return self._binary("truediv", other)
+
+    def __radd__(self, other: Any) -> _Value:
+        return self if other == 0 else self._binary("add", other, turned=True)  # a sum begins
+
+    def __rsub__(self, other: Any) -> _Value:
+        return self._binary("sub", other, turned=True)
+
+    def __rmul__(self, other: Any) -> Any:
+        return other if other == 0 else self._binary("mul", other, turned=True)
+
+    def __rtruediv__(self, other: Any) -> _Value:
+        return self._binary("truediv", other, turned=True)
+
+    def __and__(self, other: Any) -> _Value:
+        return self._binary("and_", other)
+
+    def __or__(self, other: Any) -> _Value:
+        return self._binary("or_", other)
+
+    def __lshift__(self, other: Any) -> _Value:
+        return self._binary("lshift", other)
+
+    def __rshift__(self, other: Any) -> _Value:
+        return self._binary("rshift", other)
+
+    def __neg__(self) -> _Value:
+        return self._instruction("neg", self.value)
+
+    def __invert__(self) -> _Value:
+        return self._instruction("invert", self.value)
+
+    def __abs__(self) -> _Value:
+        kind, module = self.value.type, self.builder.module
+        name = f"llvm.fabs.{f'v{LANES}' if kind == LANES_KIND else ''}f64"
+        absolute = cgutils.get_or_insert_function(module, ir.FunctionType(kind, [kind]), name)
+        return self.made(self.builder.call(absolute, [self.value]))
+
+    def _compared(self, sign: str, other: Any) -> _Value:
+        return self.made(self.builder.fcmp_ordered(sign, *_alike(self, other)))
+
+    def __lt__(self, other: Any) -> _Value:
+        return self._compared("<", other)
+
+    def __le__(self, other: Any) -> _Value:
+        return self._compared("<=", other)
+
+    def __gt__(self, other: Any) -> _Value:
+        return self._compared(">", other)
+
+    def __ge__(self, other: Any) -> _Value:
+        return self._compared(">=", other)
+
+    def __eq__(self, other: object) -> _Value:  # type: ignore[override]
+        return self._compared("==", other)
+
+    def __bool__(self) -> bool:
+        raise TypeError("no branch of straight-line code: select")
+
+
+def _alike(one: Any, other: Any) -> tuple[Any, Any]:
+    """Two operands of one type: a number beside lanes is in each of them."""
+    builder = (one if isinstance(one, _Value) else other).builder
+    kinds = [each.value.type for each in (one, other) if isinstance(each, _Value)]
+    kind = next((each for each in kinds if isinstance(each, ir.VectorType)), kinds[0])
+    return _operand(builder, one, kind), _operand(builder, other, kind)
+
+
+def _operand(builder: Any, operand: Any, kind: Any) -> Any:
+    if not isinstance(operand, _Value):
+        element = getattr(kind, "element", kind)
+        number = int(operand) if element == WHOLE else float(operand)
+        return ir.Constant(kind, [number] * LANES if kind != element else number)
+    if operand.value.type == kind:
+        return operand.value
+    one = builder.insert_element(ir.Constant(kind, ir.Undefined), operand.value, ir.IntType(32)(0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+    return builder.shuffle_vector(one, ir.Constant(kind, ir.Undefined), zeros)
+
+
+class _Array:
+    """An array whose single elements nothing writes; vectors of it are read and written."""
+
+    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+        self.context, self.builder = context, builder
+        self.data = context.make_array(kind)(context, builder, value).data
+        self._read: dict[int, _Value] = {}
+
+    def __getitem__(self, place: int) -> _Value:
+        if place not in self._read:
+            pointer = self.builder.gep(self.data, [ir.Constant(WHOLE, place)])
+            self._read[place] = _Value(self.context, self.builder, self.builder.load(pointer))
+        return self._read[place]
+
+    def vector(self, place: int) -> Any:
+        pointer = self.builder.gep(self.data, [ir.Constant(WHOLE, place)])
+        return self.builder.bitcast(pointer, LANES_KIND.as_pointer())
+
+
+# --- functions ----------------------------------------------------------------------------------
+
+
+def load(x: Floats, place: int) -> Lanes:
+    """Return the lanes that begin at a place of an array."""
+    if isinstance(x, _Array):
+        return _Value(x.context, x.builder, x.builder.load(x.vector(place), align=8))
     return x[place : place + LANES].copy()
 
 
-def _store(x: Floats, place: int, lanes: Lanes) -> None:
-    x[place : place + LANES] = lanes
+def store(x: Floats, place: int, lanes: Lanes) -> None:
+    """Write lanes, or a number into each, at a place of an array."""
+    if isinstance(x, _Array):
+        x.builder.store(_operand(x.builder, lanes, LANES_KIND), x.vector(place), align=8)
+    else:
+        x[place : place + LANES] = lanes
 
 
-def _bits(lanes: Lanes) -> Lanes:
-    return np.asarray(lanes).view(np.int64)
-
-
-def _from_bits(bits: Lanes) -> Lanes:
-    return np.asarray(bits).view(np.float64)
-
-
-def _select(mask: Lanes, one: Lanes, other: Lanes) -> Lanes:
+def select(mask: Lanes, one: Lanes, other: Lanes) -> Lanes:
+    """Of each lane one of two doubles, both of them computed."""
+    if isinstance(mask, _Value):
+        choices = (_operand(mask.builder, each, LANES_KIND) for each in (one, other))
+        return mask.made(mask.builder.select(mask.value, *choices))
     return np.where(mask, one, other)
 
 
-def _products(*factors: Lanes) -> Lanes:
-    total = factors[0] * factors[1]
-    for k in range(2, len(factors), 2):
-        total = total + factors[k] * factors[k + 1]
-    return total
-
-
-def _polynomial(t: Lanes, *coefficients: Lanes) -> Lanes:
+def polynomial(t: Lanes, *coefficients: Lanes) -> Lanes:
+    """Value of a polynomial, the highest power first, by Horner."""
     total = coefficients[0]
     for c in coefficients[1:]:
         total = total * t + c
     return total
 
 
+def bits(lanes: Lanes) -> Lanes:
+    """Bits of doubles as integers."""
+    return _reread(lanes, WHOLE, np.int64)
+
+
+def from_bits(integers: Lanes) -> Lanes:
+    """Return the doubles with these bits."""
+    return _reread(integers, DOUBLE, np.float64)
+
+
+def _reread(row: Lanes, element: Any, kind: Any) -> Lanes:
+    if isinstance(row, _Value):
+        return row.made(row.builder.bitcast(row.value, ir.VectorType(element, LANES)))
+    return np.asarray(row).view(kind)
+
+
+class _OfLanes:
+    """Functions of `math`, of each lane by itself."""
+
+    def __getattr__(self, name: str) -> Callable[..., Lanes]:
+        return partial(_of_each, getattr(math, name))
+
+
+of_lanes = _OfLanes()
+
+
+def _of_each(function: Callable[..., float], *arguments: Lanes) -> Lanes:
+    first = next((each for each in arguments if isinstance(each, _Value)), None)
+    if first is None:
+        rows = zip(*np.broadcast_arrays(*arguments, np.empty(LANES))[:-1], strict=True)
+        return np.array([function(*row) for row in rows])
+    context, builder = first.context, first.builder
+    typing = context.typing_context
+    kind = typing.resolve_value_type(function)
+    sig = kind.get_call_type(typing, (types.float64,) * len(arguments), {})
+    call = context.get_function(kind, sig)
+    context.add_linking_libs(getattr(call, "libs", ()))
+    operands = [_operand(builder, each, LANES_KIND) for each in arguments]
+    found: Any = ir.Constant(LANES_KIND, ir.Undefined)
+    for place in map(ir.IntType(32), range(LANES)):
+        one = call(builder, [builder.extract_element(each, place) for each in operands])
+        found = builder.insert_element(found, one, place)
+    return first.made(found)
+
+
+# --- kernels ------------------------------------------------------------------------------------
+
+
+def written(function: F) -> F:
+    """Make what a kernel calls for the work of a function that returns nothing.
+
+    It takes arrays, which do not overlap and whose single elements nothing writes, and numbers.
+    """
+    if config.DISABLE_JIT:
+        return function
+
+    def typer(typingctx: Any, *kinds: Any) -> Any:
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            given = cgutils.unpack_tuple(builder, args[0])
+            function(
+                *(
+                    _Array(context, builder, kind, value)
+                    if isinstance(kind, types.Array)
+                    else _Value(context, builder, value)
+                    for kind, value in zip(kinds, given, strict=True)
+                )
+            )
+            return context.get_dummy_value()
+
+        return types.none(types.StarArgTuple.from_types(kinds)), codegen
+
+    made: Any = intrinsic(typer)
+    return made
+
+
 def _nothing() -> None:
     pass
-
-
-# --- types --------------------------------------------------------------------------------------
-
-
-class _Row(types.Type):
-    """Eight doubles, integers of 64 bits, or truth values."""
-
-    def __init__(self, name: str, element: Any) -> None:
-        super().__init__(f"{name} x {LANES}")
-        self.element = element
-        self.vector = ir.VectorType(element, LANES)
-
-
-lanes = _Row("float64", ir.DoubleType())
-integers = _Row("int64", ir.IntType(64))
-mask = _Row("bool", ir.IntType(1))
-
-
-@register_model(_Row)
-class _RowModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: _Row) -> None:
-        super().__init__(manager, kind, kind.vector)  # type: ignore[no-untyped-call]
-
-
-def _spread(builder: Any, value: Any, row: _Row) -> Any:
-    """Give every lane the value, unless it is a row already."""
-    if value.type == row.vector:
-        return value
-    one = builder.insert_element(ir.Constant(row.vector, ir.Undefined), value, ir.IntType(32)(0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(one, ir.Constant(row.vector, ir.Undefined), zeros)
-
-
-# --- operators ----------------------------------------------------------------------------------
-
-
-def _operator(function: Any, row: _Row, result: _Row, emit: Callable[..., Any], n: int = 2) -> None:
-    """Define an operator on rows; with two operands either may be a number."""
-    number = types.float64 if row is lanes else types.int64
-    cases: list[tuple[Any, ...]] = [(row,) * n]
-    if n == 2 and row is not mask:
-        cases += [(row, number), (number, row)]
-
-    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return emit(builder, *(_spread(builder, arg, row) for arg in args))
-
-    for case in cases:
-        lower_builtin(function, *case)(lowered)
-    known = {"key": function, "cases": [signature(result, *case) for case in cases]}
-    infer_global(function)(type(f"{row.name} {function.__name__}", (ConcreteTemplate,), known))
-
-
-def _absolute(builder: Any, x: Any) -> Any:
-    kind = ir.FunctionType(x.type, [x.type])
-    name = f"llvm.fabs.v{LANES}f64"
-    return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [x])
-
-
-def _instruction(name: str, **flags: Any) -> Callable[..., Any]:
-    return lambda builder, *args: getattr(builder, name)(*args, **flags)
-
-
-def _comparison(sign: str) -> Callable[..., Any]:
-    return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
-
-
-def _define() -> None:
-    """Define what the steps of lanes use."""
-    arithmetic = {"add": "fadd", "sub": "fsub", "mul": "fmul", "truediv": "fdiv"}
-    for name, instruction in arithmetic.items():
-        _operator(getattr(operator, name), lanes, lanes, _instruction(instruction, flags=FUSED))
-    _operator(operator.neg, lanes, lanes, _instruction("fneg"), 1)
-    _operator(abs, lanes, lanes, _absolute, 1)
-    for name, sign in {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "=="}.items():
-        _operator(getattr(operator, name), lanes, mask, _comparison(sign))
-    whole = {"add": "add", "and_": "and_", "or_": "or_", "lshift": "shl", "rshift": "ashr"}
-    for name, instruction in whole.items():
-        _operator(getattr(operator, name), integers, integers, _instruction(instruction))
-    for name in ("and_", "or_"):
-        _operator(getattr(operator, name), mask, mask, _instruction(name))
-    _operator(operator.invert, mask, mask, _instruction("not_"), 1)
-
-
-# --- functions ----------------------------------------------------------------------------------
-
-
-def _place(builder: Any, context: Any, array: Any, value: Any, place: Any) -> Any:
-    data = context.make_array(array)(context, builder, value).data
-    return builder.bitcast(builder.gep(data, [place]), lanes.vector.as_pointer())
-
-
-@intrinsic
-def _load_text(typingctx: Any, x: Any, place: Any) -> Any:
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.load(_place(builder, context, sig.args[0], *args), align=8)
-
-    return lanes(x, types.intp), codegen
-
-
-@intrinsic
-def _store_text(typingctx: Any, x: Any, place: Any, value: Any) -> Any:
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        pointer = _place(builder, context, sig.args[0], *args[:2])
-        builder.store(_spread(builder, args[2], lanes), pointer, align=8)
-        return context.get_dummy_value()
-
-    return types.none(x, types.intp, value), codegen
-
-
-def _numbers(kinds: Any) -> tuple[Any, ...]:
-    """Operands as they are taken: rows as rows, whatever else as doubles."""
-    return tuple(lanes if kind == lanes else types.float64 for kind in kinds)
-
-
-@intrinsic
-def _select_text(typingctx: Any, condition: Any, one: Any, other: Any) -> Any:
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.select(args[0], *(_spread(builder, arg, lanes) for arg in args[1:]))
-
-    return lanes(mask, *_numbers((one, other))), codegen
-
-
-@intrinsic
-def _products_text(typingctx: Any, *factors: Any) -> Any:
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        x = [_spread(builder, arg, lanes) for arg in cgutils.unpack_tuple(builder, args[0])]
-        total = builder.fmul(x[0], x[1], flags=FUSED)
-        for one, other in zip(x[2::2], x[3::2], strict=True):
-            total = builder.fadd(total, builder.fmul(one, other, flags=FUSED), flags=FUSED)
-        return total
-
-    return lanes(types.StarArgTuple.from_types(_numbers(factors))), codegen
-
-
-@intrinsic
-def _polynomial_text(typingctx: Any, t: Any, *coefficients: Any) -> Any:
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        rows = [_spread(builder, arg, lanes) for arg in cgutils.unpack_tuple(builder, args[1])]
-        total = rows[0]
-        for c in rows[1:]:
-            total = builder.fadd(builder.fmul(total, args[0], flags=FUSED), c, flags=FUSED)
-        return total
-
-    return lanes(lanes, types.StarArgTuple.from_types(_numbers(coefficients))), codegen
-
-
-def _reread(source: _Row, result: _Row) -> Any:
-    def typer(typingctx: Any, row: Any) -> Any:
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            return builder.bitcast(args[0], result.vector)
-
-        return result(source), codegen
-
-    typer.__name__ = f"{source} as {result}"
-    return intrinsic(typer)
 
 
 @intrinsic
@@ -242,30 +299,7 @@ def _wide(typingctx: Any) -> Any:
     return types.none(), codegen
 
 
-# load(x, place): the lanes that begin at a place of an array; store(x, place, lanes).
-load: Callable[[Floats, int], Lanes]
-store: Callable[[Floats, int, Lanes], None]
-# select(mask, one, other): of each lane one of two doubles, both of them computed.
-select: Callable[[Lanes, Lanes, Lanes], Lanes]
-# products(a, b, c, d, ...): a b + c d + ...; polynomial(t, c_n, ..., c_0): by Horner.
-products: Callable[..., Lanes]
-polynomial: Callable[..., Lanes]
-# bits(lanes): bits of doubles as integers; from_bits(integers): the doubles with these bits.
-bits: Callable[[Lanes], Lanes]
-from_bits: Callable[[Lanes], Lanes]
 # wide_vectors(): the function that calls it uses the longest vectors that there are (measured: a
 # sixth to a third faster), keeps them on the stack where each lies in one line of the cache (a
 # fifth faster where many are kept), and is not inlined.
-wide_vectors: Callable[[], None]
-
-if config.DISABLE_JIT:
-    load, store, select, products, polynomial = _load, _store, _select, _products, _polynomial
-    bits, from_bits, wide_vectors = _bits, _from_bits, _nothing
-else:
-    _define()
-    load, store = cast(Any, _load_text), cast(Any, _store_text)
-    select, products, polynomial = (
-        cast(Any, text) for text in (_select_text, _products_text, _polynomial_text)
-    )
-    bits, from_bits = _reread(lanes, integers), _reread(integers, lanes)
-    wide_vectors = cast(Any, _wide)
+wide_vectors: Any = _nothing if config.DISABLE_JIT else _wide

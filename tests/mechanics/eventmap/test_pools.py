@@ -22,7 +22,7 @@ from stickslip.mechanics.eventmap.lanes import (
 from stickslip.mechanics.flow.lanes import layout
 from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
 from stickslip.mechanics.flow.lanes.pair import pair_numbers
-from stickslip.mechanics.flow.lanes.text import lane_kernels
+from stickslip.mechanics.flow.lanes.steps import Steps, lane_kernels
 from stickslip.mechanics.friction.series import law_series
 from stickslip.numerics.targets import kernel_uncached
 from stickslip.numerics.vector import LANES
@@ -315,6 +315,28 @@ def test_the_masses_are_those_of_the_reduced_plant():
     for plant in (ss.examples.law9().plant, blocks.plant):
         mass = pair_numbers(plant)[0, layout.MASS : layout.MASS + 2]
         np.testing.assert_array_equal(mass, plant.reduced.mass)
+
+
+@pytest.mark.parametrize(
+    "law", [ss.PoppStelter(2.0, 0.3), pytest.param(ss.Stribeck(0.4, 0.3), marks=pytest.mark.slow)]
+)
+def test_steps_that_are_written_out_give_the_numbers_of_their_python(law):
+    rng = np.random.default_rng(2)
+    series = law_series((law, law))
+    compiled, steps = lane_kernels(series), Steps(series)
+    p, q = series.rows([law, law])
+    numbers = pair_numbers(ss.examples.law9().plant)[2]
+    for n, name in ((1, "one"), (2, "both")):
+        x, taken = rng.uniform(0.05, 0.4, KEPT), np.zeros(compiled.SIZE)
+        for sign in (layout.SIGN_1, layout.SIGN_2):
+            x[sign : sign + LANES] = rng.choice([-1.0, 1.0], LANES)
+        ours = x.copy(), taken.copy()
+        for kind in ("step", "tangent"):
+            getattr(steps, kind)(n, *ours, p, q, numbers, -50.0)
+            getattr(compiled, f"{kind}_{name}")(x, taken, p, q, numbers, -50.0)
+            for written, plain in zip((x, taken), ours, strict=True):
+                np.testing.assert_allclose(written, plain, rtol=1e-10, atol=1e-13)
+        assert np.ptp(taken[layout.LENGTH : layout.LENGTH + LANES]) > 0.0
 
 
 @pytest.mark.slow  # compiles a step

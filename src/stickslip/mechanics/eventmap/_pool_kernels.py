@@ -33,7 +33,12 @@ from stickslip.numerics.vector import LANES
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from stickslip.mechanics.flow.lanes.stub import step_both, step_one, tangent_both, tangent_one
+    from stickslip.mechanics.flow.lanes._step_kernels import (
+        step_both,
+        step_one,
+        tangent_both,
+        tangent_one,
+    )
     from stickslip.mechanics.friction.interface import force
 
     CHANGING = False  # whether tangents go with a parameter, not with the start

@@ -32,7 +32,7 @@ from stickslip.mechanics.flow.lanes.layout import (
     PLACES,
 )
 from stickslip.mechanics.flow.lanes.pair import coulomb_pair, pair_changes
-from stickslip.mechanics.flow.lanes.text import changing_kernels, lane_kernels
+from stickslip.mechanics.flow.lanes.steps import lane_kernels
 from stickslip.mechanics.flow.system import ALPHA, BETA, LAWS, VELOCITY, new_motion
 from stickslip.mechanics.friction.coulomb import is_constant
 from stickslip.mechanics.friction.interface import STATIC_COLUMN
@@ -397,7 +397,9 @@ class PoolBackend(BatchBackend):
     @cached_property
     def _changing_driver(self) -> ModuleType:
         """The same for derivatives in parameters."""
-        return self._driver_with(changing_kernels(self.series), changing=True)
+        return self._driver_with(
+            lane_kernels(self.series, damped=True, changing=True), changing=True
+        )
 
     def _driver_with(self, tangents: ModuleType, *, changing: bool) -> ModuleType:
         code = self.scalar.engine.code
