@@ -413,3 +413,17 @@ def test_plot_shows_bands_and_points():
     assert len(ax.collections) == 2
     ax = attractors(cubic(1.5))[0].plot()
     assert len(ax.lines) == 1
+
+
+def test_slow_approaches_to_two_neutral_orbits_are_told_apart():
+    """What moved little in two steps was once given to the first neutral orbit found, wherever."""
+
+    def half_stable(x):  # as of two equal blocks: neutral at a jump, approached from one side
+        left = 0.5 - np.abs(x)
+        to_jump = np.where(left < 0.05, np.abs(x) + 10 * left**2, 0.47)
+        return np.sign(x) * np.where(left < 0, 0.3, to_jump)
+
+    found = attractors(PiecewiseMap(half_stable, (-1, 1), breakpoints=[-0.5, 0.0, 0.5]))
+    assert [a.kind for a in found] == ["undecided", "undecided"]
+    assert sorted(a.point for a in found) == pytest.approx([-0.5, 0.5], abs=1e-3)
+    assert [a.basin_share for a in found] == pytest.approx([0.5, 0.5], abs=0.02)

@@ -6,7 +6,9 @@ from tests.analysis.known_maps import border_collision, logistic, square_root, t
 
 import stickslip as ss
 from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, first_pieces
 from stickslip.analysis.attractors.basins import basins
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 EXACT = 1e-12
@@ -141,6 +143,12 @@ def test_gap_and_its_preimages():
     assert str(result.causes[at[0]]) == "preimage 1 of end of a gap 0.1"
 
 
+def test_what_is_unknown_beside_a_gap_does_not_leave():
+    f = cut_logistic()
+    pieces = first_pieces(f, branch_table(f).laps, np.array([[0.1, 0.104], [0.113, 0.12]]), [])
+    assert list(pieces.fate([0.101, 0.108, 0.115])) == [UNDECIDED, LEFT, UNDECIDED]
+
+
 def test_one_attractor_has_no_inner_edge():
     result = basins(logistic(3.2))
     assert list(result.edges) == [0, 1]
@@ -219,8 +227,9 @@ def test_random_systems_agree_with_brute_force(seed):
     known = [k for k, a in enumerate(found) if a.kind != "undecided"]
     brute = ends(f, x, found, 2000)
     decided = (inside != -1) & np.isin(brute, [*known, -2])
-    # An edge may pass between a point and its orbit in floats.
-    assert np.mean(inside[decided] != brute[decided]) < 0.003
+    # An edge may pass between a point and its orbit in floats. Of the basin of an undecided
+    # attractor the result claims nothing: where it owns everything, no point is compared.
+    assert np.sum(inside[decided] != brute[decided]) <= 0.002 * decided.sum()
     for k in known:
         error = np.hypot(result.sampled(k)[1], np.sqrt(0.25 / 1000))
         assert abs(result.share(k) - np.mean(brute == k)) < 5 * error + np.mean(brute == -1)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from tests.analysis import known_maps as examples
 
 import stickslip as ss
+from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.branches.branches import branches, breakpoints
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
@@ -170,6 +171,21 @@ def test_a_sliver_below_the_resolution_is_one_breakpoint():
     assert (jump.left, jump.right) == (0.1, 0.9)
 
 
+@given(width=st.floats(1e-6, 4e-3), at=st.floats(0.1, 0.9), share=st.floats(0.01, 0.69))
+def test_a_branch_inside_a_narrow_gap(width, at, share):
+    """A gap was probed every 0.6 % of the domain: nobody looked into a narrower one."""
+    ends = at + width * np.array([0.0, share, share + 0.3, 1.0])
+
+    def islands(x):
+        in_gap = (x > ends[0]) & (x < ends[3])
+        return np.where(in_gap & ~((x > ends[1]) & (x < ends[2])), np.nan, 0.5 * x)
+
+    slope, gap = (lambda x: 0.5 + 0 * x), [ends[0], ends[3]]  # known, what is inside is not
+    table = branch_table(PiecewiseMap(islands, (0, 1), derivative=slope, breakpoints=gap))
+    found = [(b.left, b.right) for b in table][1:-1]
+    assert found == [pytest.approx(tuple(ends[1:3]), abs=1e-12)]
+
+
 def test_accumulating_branches_stop_and_say_so():
     def gauss(x):
         return np.where(x > 0, np.mod(1 / np.where(x > 0, x, 1), 1), 0)
@@ -201,6 +217,9 @@ def test_what_is_not_followed_overlaps_no_branch():
     assert len(table.unknown)
     for between in (table.gaps, table.unknown):
         assert not ((between[:, 0] < right) & (between[:, 1] > left)).any()
+    # ... and nothing wider than the usual resolution is a breakpoint where branches crowd.
+    told = merged(np.concatenate([ends, table.gaps, table.unknown]), 1e-9)
+    assert told == pytest.approx(np.array([f.domain]))
 
 
 def steps_in_the_outer_thirds(x):

@@ -18,7 +18,7 @@ from tests.analysis.known_maps import (
 
 from stickslip import examples
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import FIT, interpolated_map
+from stickslip.analysis.interpolation.interpolated import FIT, interpolated_map, stand_in
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import Map1D, iterate, sample
@@ -168,6 +168,13 @@ def test_where_branches_are_too_narrow_values_are_as_likely_as_the_true_ones():
     assert shares[1] > 0.05
     exponent = np.log(CANTOR.derivative(true[:, :-1])).mean()
     assert np.log(slope).mean() == pytest.approx(exponent, abs=0.05)
+
+
+def test_where_branches_are_too_narrow_the_true_map_can_be_asked():
+    fast = stand_in(CANTOR, asks=True)
+    x = np.random.default_rng(0).uniform(*fast.table.unknown.T).ravel()
+    np.testing.assert_array_equal(fast.evaluate(x).value, CANTOR(x))
+    np.testing.assert_array_equal(fast.iterate(x, 1)[:, 1], CANTOR(x))
 
 
 def test_gaps_say_why_there_is_no_value():

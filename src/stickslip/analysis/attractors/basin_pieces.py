@@ -59,6 +59,10 @@ class Pieces:
         """Return the number of undecided pieces."""
         return int(np.sum(self.index == UNDECIDED))
 
+    def open_length(self) -> float:
+        """Return the length of all undecided pieces together."""
+        return float(np.diff(self.edges)[self.index == UNDECIDED].sum())
+
     def fate(self, x: Floats) -> Integers:
         """Index of the pieces that hold points; `LEFT` without one."""
         k = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.index) - 1)
@@ -92,7 +96,9 @@ class Pieces:
 def first_pieces(f: Map1D, table: Laps, unknown: Floats, known: Sequence[Attractor]) -> Pieces:
     """Cut the domain at the ends of laps, known and unknown ones, and around the attractors."""
     traps = [_trap(f, table, attractor) for attractor in known]
-    cuts = np.concatenate([table.left, table.right, *(trap.ravel() for trap in traps)])
+    # What is unknown may lie in a gap: the laps on both sides do not show where it ends.
+    ends = [table.left, table.right, unknown.ravel(), *(trap.ravel() for trap in traps)]
+    cuts = np.concatenate(ends)
     low, high = f.domain
     edges = np.unique(np.concatenate([[low, high], cuts[(cuts > low) & (cuts < high)]]))
     middle = 0.5 * (edges[:-1] + edges[1:])

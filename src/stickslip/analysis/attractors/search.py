@@ -64,7 +64,6 @@ class _Known:
     cycle: Cycle | None = None
     centre: float = 0.0  # a point of the cycle of the map that orbits are followed on
     radius: float = 0.0
-    recurring: float = 0.0
 
     def captures(self, tails: Floats) -> Any:
         if self.attractor.kind in ("chaotic", "neutral"):
@@ -72,12 +71,7 @@ class _Known:
         if self.cycle is None:
             return np.zeros(len(tails), dtype=np.bool_)
         near = np.abs(tails[:, -self.cycle.period :] - self.centre)
-        caught = np.any(near <= self.radius, axis=1)
-        if not self.cycle.stable:
-            # A multiplier of -1 doubles its neighbours.
-            back = tails[:, -1] - tails[:, -1 - 2 * self.cycle.period]
-            caught |= np.abs(back) <= self.recurring
-        return caught
+        return np.any(near <= self.radius, axis=1)
 
 
 class AttractorSearch:
@@ -197,13 +191,12 @@ class AttractorSearch:
         )
         # An orbit on its slow approach to a neutral cycle may come no closer in any time we have.
         near = SLOW_APPROACH * domain_width(self.f)
-        recurring = SETTLED * domain_width(self.f)
         # A long cycle of a stand-in lies further from the map's than from points that leave it.
         own = cycle if self.fast is self.f else confirmed(self.fast, cycle.points) or cycle
         radius = capture_radius(self.fast, own) if cycle.stable else near
         if family is not None:
-            radius = recurring
-        self.known.append(_Known(attractor, cycle, float(own.points[0]), radius, recurring))
+            radius = SETTLED * domain_width(self.f)
+        self.known.append(_Known(attractor, cycle, float(own.points[0]), radius))
         return len(self.known) - 1
 
     def _adjoining(self, period: int, bands: Floats) -> int:

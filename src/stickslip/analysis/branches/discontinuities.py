@@ -257,6 +257,7 @@ class _Search:
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
+        self.asked = mesh.resolution  # before branches crowd
         none = mesh.nodes.take(slice(0, 0))
         self.left, self.right = none, none
         self.unresolved: list[Unresolved] = []
@@ -355,7 +356,8 @@ class _Search:
         starts[1:] = left.x[1:] - right.x[:-1] >= step
         ends = np.append(starts[1:], True) if len(left) else starts
         left, right = left.take(starts), right.take(ends)
-        width = right.x - left.x
+        # Where branches crowd, what is given up may be a thousandth of the domain: no breakpoint.
+        width, step = right.x - left.x, self.asked
         for reason, some in (
             (TOO_CLOSE, (width > BLURRED * step) & (width <= step)),
             (ACCUMULATE, width > step),

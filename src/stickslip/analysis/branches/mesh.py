@@ -31,6 +31,7 @@ N_START: Final = 101  # nodes of the first grid; ten times as many found nothing
 GOLDEN: Final = 0.6180339887498949
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
 GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
+GAP_SHARE: Final = 0.125  # of a gap: its cells are halved down to this, however narrow it is
 WELL_INSIDE: Final = 0.9  # of a cell: a margin that vanishes at its very end does so beyond it
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
 VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
@@ -199,6 +200,7 @@ class Mesh:
         share = 0.5 + JITTER * _wobble(len(nodes) + cells)
         middle = self.probe(nodes.x[cells] + share * width[cells])
         passed = self._passes(nodes.take(cells), middle, nodes.take(cells + 1))
+        passed &= width[cells] <= 2 * self._largest_unseen()[cells]
         self.nodes, place = nodes.merged(middle)
         self.open = _widen(self.open, place, len(self.nodes), value=False)
         failed = place[~passed]
@@ -253,7 +255,16 @@ class Mesh:
         in_gap = ~self.nodes.ok[1:]
         known = ~np.isnan(self.nodes.margin[1:])
         coarse = np.where(known, GAP_FLOOR, GAP_PROBES) * domain_width(self.f)
+        coarse = np.maximum(np.minimum(coarse, self._largest_unseen()), self.resolution)
         return width > np.where(in_gap, coarse, self.resolution)
+
+    def _largest_unseen(self) -> Floats:
+        """Width of a cell of a gap that its neighbours tell nothing of; of others without bound."""
+        ok, x = self.nodes.ok, self.nodes.x
+        before = np.maximum.accumulate(np.where(ok, np.arange(len(ok)), 0))[:-1]
+        after = np.minimum.accumulate(np.where(ok, np.arange(len(ok)), len(ok) - 1)[::-1])[::-1][1:]
+        in_gap = ~ok[1:] & ~ok[:-1]
+        return np.where(in_gap, GAP_SHARE * (x[after] - x[before]), np.inf)
 
     def _passes(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
         """Tell for which cells the middle holds no surprise."""

@@ -63,6 +63,7 @@ class InterpolatedMap:
     cell_labels: Labels
     error: float  # largest of a value; infinite: the map has a branch that its table does not know
     n_evaluations: int  # of the true map
+    asks: bool = False  # the true map, where branches are too narrow for the table
 
     @property
     def domain(self) -> tuple[float, float]:
@@ -137,6 +138,8 @@ class InterpolatedMap:
         at, value, slope = self._samples
         if not x.size:
             return x, x
+        if self.asks:
+            return values_and_slopes(self.f, x)
         above = np.clip(np.searchsorted(at, x), 1, len(at) - 1)
         nearest = above - (x - at[above - 1] < at[above] - x)
         between = np.interp(x, at, value) - value[nearest]
@@ -184,9 +187,9 @@ def interpolated_map(table: BranchTable, fit: float = FIT) -> InterpolatedMap:
     return _Construction(table, fit).result()
 
 
-def stand_in(f: Map1D) -> Map1D:
+def stand_in(f: Map1D, *, asks: bool = False) -> Map1D:
     """Return the fast map of a map's table; the map itself where that is not good enough."""
-    fast = interpolated_map(branch_table(f))
+    fast = replace(interpolated_map(branch_table(f)), asks=asks)
     return fast if np.isfinite(fast.error) else f
 
 
