@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -103,7 +104,7 @@ class Explorer:
         self.page.wait_for_selector("html[data-ready]")
         return self.settle()
 
-    def show(self, fragment="preset=coulomb"):
+    def show(self, fragment="preset=coulomb", *slots):
         """Go to a state without loading the page, from a view that is all of its own."""
         self.page.evaluate(
             """fragment => {
@@ -113,7 +114,7 @@ class Explorer:
             }""",
             fragment,
         )
-        return self.settle()
+        return self.settle(*slots)
 
     def settle(self, *slots):
         """Wait until what is quick, or the slots named, is answered and drawn."""
@@ -126,6 +127,21 @@ class Explorer:
         assert not self.page.evaluate(wrong, list(slots))
         self.page.evaluate("() => new Promise((r) => requestAnimationFrame(() => setTimeout(r)))")
         return self
+
+    @contextmanager
+    def asking_only(self, slot):
+        """Ask for one answer alone: for others, kernels of a new law would be compiled first."""
+        self.page.evaluate(
+            """only => {
+                const ask = explorer.ask.bind(explorer);
+                explorer.ask = (slot) => slot === only && ask(slot);
+            }""",
+            slot,
+        )
+        try:
+            yield
+        finally:
+            self.page.evaluate("() => delete explorer.ask")
 
     @property
     def state(self):
@@ -199,9 +215,10 @@ class Explorer:
         field.press("Enter")
         return self.settle()
 
-    def shoot(self, name):
-        """Keep a picture of the page where the environment asks for it."""
+    def shoot(self, name, *slots):
+        """Keep a picture of the page, with these slots, where the environment asks for it."""
         if SHOTS.is_dir():
+            self.settle(*slots)
             self.page.screenshot(path=SHOTS / f"{re.sub(r'[^a-z0-9]+', '-', name.lower())}.png")
 
 
