@@ -316,7 +316,7 @@ def test_controls_and_presets_are_allowed_as_they_are():
 def test_basins_of_three_blocks_are_those_of_the_library(page):
     model = {**CHAIN, "static": [0.753, 1.374, 1.078], "alpha": 1.616, "V": 0.12}
     model["friction"] = {"law": "coulomb", "mu": 0.59}
-    received = page.answer(page.ask("basins", model=model, resolution=0.08))
+    received = page.answer(page.ask("basins", model=model, resolution=0.05))
     parts = {part.name: part for part in received}
     assert list(parts) == ["attractors", "coarse", "basins", "end"]
     x, y, index = (parts["basins"].arrays[name] for name in ("x", "y", "index"))
@@ -326,7 +326,7 @@ def test_basins_of_three_blocks_are_those_of_the_library(page):
     assert [each["points"] for each in told] == [each.points.tolist() for each in found]
     basins = ss.basins(f, found, grid=[x, y])
     np.testing.assert_array_equal(index.reshape(len(x), len(y)), basins.index)
-    made = numbers_of("basins", model=model, resolution=0.08)
+    made = numbers_of("basins", model=model, resolution=0.05)
     np.testing.assert_array_equal(made["basins"].index, basins.index)
     inside = 1.0 - basins.left
     shares = [basins.share(k).value / inside for k in range(2)]
