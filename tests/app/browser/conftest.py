@@ -23,6 +23,7 @@ FLAGS = (
 )
 WARM_UP_S = 600  # a cold cache compiles every kernel that the page needs
 SETTLE_MS = 300_000  # where kernels are compiled under load; a second on an idle machine
+POLL_MS = 20  # at each frame, as is the default, would have frames made
 SHOTS = Path(os.environ.get("STICKSLIP_SHOTS", "/nonexistent"))
 
 
@@ -122,6 +123,7 @@ class Explorer:
             "slots => explorer.settled(slots.length ? slots : explorer.quickSlots)",
             arg=list(slots),
             timeout=SETTLE_MS,
+            polling=POLL_MS,
         )
         wrong = "slots => slots.filter((slot) => explorer.standing(slot).kind === 'failed')"
         assert not self.page.evaluate(wrong, list(slots))
