@@ -37,7 +37,7 @@ help:
 reproduce: $(STAMPS)/core
 	$(PY) -m stickslip.cli reproduce --out out
 
-# The kernels once as plain Python (real tracebacks, coverage), then everything, compiled.
+# The kernels once as plain Python (real tracebacks, coverage; some seconds), then everything, compiled.
 # `$(MAKE)` one after the other, also under `make -j`: the summary of the whole suite comes last.
 test: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory test-kernels
@@ -101,8 +101,7 @@ clean:
 # ---------------------------------------------------------------- what `check` is made of
 
 test-kernels: $(STAMPS)/dev
-	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m "kernel and not slow" \
-		-n $(JOBS) --dist worksteal -q
+	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m "kernel and not slow" -q
 
 test-all: $(STAMPS)/dev
 	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m "not slow"

@@ -25,6 +25,19 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 os.environ.setdefault("LOKY_MAX_CPU_COUNT", "1")
 
 
+@pytest.hookimpl(trylast=True)  # what is deselected has gone
+def pytest_collection_modifyitems(config, items):
+    """Have the second of two workers begin with plants of any kind.
+
+    The first one begins with maps of two blocks: they would compile the same kernels at once.
+    """
+    plants = config.rootpath / "tests/mechanics"
+    own = [item for item in items if plants in item.path.parents]
+    others = [item for item in items if plants not in item.path.parents]
+    half = len(items) // 2
+    items[:] = others[:half] + own + others[half:]
+
+
 @pytest.fixture(autouse=True)
 def _no_figure_stays_open():
     """Results drawn without axes leave a figure of pyplot behind."""

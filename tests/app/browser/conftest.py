@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ FLAGS = (
 )
 WARM_UP_S = 600  # a cold cache compiles every kernel that the page needs
 SETTLE_MS = 300_000  # where kernels are compiled under load; a second on an idle machine
+POLL_MS = 20  # at each frame, as is the default, would have frames made
 SHOTS = Path(os.environ.get("STICKSLIP_SHOTS", "/nonexistent"))
 
 
@@ -103,7 +105,7 @@ class Explorer:
         self.page.wait_for_selector("html[data-ready]")
         return self.settle()
 
-    def show(self, fragment="preset=coulomb"):
+    def show(self, fragment="preset=coulomb", *slots):
         """Go to a state without loading the page, from a view that is all of its own."""
         self.page.evaluate(
             """fragment => {
@@ -113,7 +115,7 @@ class Explorer:
             }""",
             fragment,
         )
-        return self.settle()
+        return self.settle(*slots)
 
     def settle(self, *slots):
         """Wait until what is quick, or the slots named, is answered and drawn."""
@@ -121,11 +123,27 @@ class Explorer:
             "slots => explorer.settled(slots.length ? slots : explorer.quickSlots)",
             arg=list(slots),
             timeout=SETTLE_MS,
+            polling=POLL_MS,
         )
         wrong = "slots => slots.filter((slot) => explorer.standing(slot).kind === 'failed')"
         assert not self.page.evaluate(wrong, list(slots))
         self.page.evaluate("() => new Promise((r) => requestAnimationFrame(() => setTimeout(r)))")
         return self
+
+    @contextmanager
+    def asking_only(self, slot):
+        """Ask for one answer alone: for others, kernels of a new law would be compiled first."""
+        self.page.evaluate(
+            """only => {
+                const ask = explorer.ask.bind(explorer);
+                explorer.ask = (slot) => slot === only && ask(slot);
+            }""",
+            slot,
+        )
+        try:
+            yield
+        finally:
+            self.page.evaluate("() => delete explorer.ask")
 
     @property
     def state(self):
@@ -199,9 +217,10 @@ class Explorer:
         field.press("Enter")
         return self.settle()
 
-    def shoot(self, name):
-        """Keep a picture of the page where the environment asks for it."""
+    def shoot(self, name, *slots):
+        """Keep a picture of the page, with these slots, where the environment asks for it."""
         if SHOTS.is_dir():
+            self.settle(*slots)
             self.page.screenshot(path=SHOTS / f"{re.sub(r'[^a-z0-9]+', '-', name.lower())}.png")
 
 

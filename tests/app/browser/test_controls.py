@@ -95,21 +95,14 @@ def test_another_law_comes_with_its_parameters(explorer):
     explorer.settle()
     assert explorer.page.locator("input[name='gamma']").is_visible()
     assert explorer.inked("map") > 8
-    # Only the law's curve: kernels for motions under it would be compiled first.
-    explorer.page.evaluate(
-        """() => {
-            const ask = explorer.ask.bind(explorer);
-            explorer.ask = (slot) => slot === "law" && ask(slot);
-        }"""
-    )
-    laws.select_option("stribeck")
-    assert explorer.state["model"]["friction"]["law"] == "stribeck"
-    assert explorer.page.locator("input[name='speed']").is_visible()
-    explorer.page.locator("select[name='exponent']").select_option("2")
-    explorer.settle("law")
-    assert explorer.state["model"]["friction"]["exponent"] == 2
-    assert explorer.inked("law") > 8
-    explorer.page.evaluate("() => delete explorer.ask")
+    with explorer.asking_only("law"):
+        laws.select_option("stribeck")
+        assert explorer.state["model"]["friction"]["law"] == "stribeck"
+        assert explorer.page.locator("input[name='speed']").is_visible()
+        explorer.page.locator("select[name='exponent']").select_option("2")
+        explorer.settle("law")
+        assert explorer.state["model"]["friction"]["exponent"] == 2
+        assert explorer.inked("law") > 8
     laws.select_option("coulomb")
     explorer.settle()
     assert explorer.page.locator("input[name='speed']").count() == 0
@@ -123,17 +116,21 @@ def test_each_block_may_have_a_law_of_its_own(explorer):
     f = ss.event_map(ss.examples.coulomb(friction=law))
     x, y = explorer.view("map", "[[...view.values.arrays.x], [...view.values.arrays.f]]")
     assert f(np.array(x[5::97])) == pytest.approx(np.array(y[5::97]), abs=1e-12)
-    explorer.page.get_by_label("Friction law of block 2").select_option("popp-stelter")
-    explorer.settle()
-    assert [one["law"] for one in explorer.state["model"]["friction"]] == [
-        "coulomb",
-        "popp-stelter",
-    ]
-    state = explorer.state
-    explorer.page.wait_for_function("() => location.hash.includes('law_2=popp-stelter')")
-    explorer.shoot("two laws")
-    explorer.show(explorer.page.evaluate("() => location.hash.slice(1)"))
-    assert explorer.state["model"] == state["model"]
+    with explorer.asking_only("law"):
+        explorer.page.get_by_label("Friction law of block 2").select_option("popp-stelter")
+        explorer.settle("law")
+        assert [one["law"] for one in explorer.state["model"]["friction"]] == [
+            "coulomb",
+            "popp-stelter",
+        ]
+        state = explorer.state
+        explorer.page.wait_for_function("() => location.hash.includes('law_2=popp-stelter')")
+        explorer.shoot("two laws", "law")
+        address = explorer.page.evaluate("() => location.hash.slice(1)")
+    explorer.show()
+    with explorer.asking_only("law"):
+        explorer.show(address, "law")
+        assert explorer.state["model"] == state["model"]
     explorer.page.get_by_label("a law for each block").uncheck()
     assert explorer.settle().state["model"]["friction"] == {"law": "coulomb", "mu": 0.22}
 
@@ -320,28 +317,30 @@ def test_an_answer_that_arrives_leaves_what_is_being_typed(explorer):
 
 def test_a_formula_of_ones_own(explorer):
     explorer.show("preset=oscillator")
-    explorer.page.locator("select[aria-label='Friction law']").select_option("formula")
-    law = explorer.state["model"]["friction"]
-    assert law == {"law": "mu + (1 - mu) * exp(-s / v)", "mu": 0.3, "v": 0.1}
-    field = explorer.page.locator("input[name='law']")
-    field.fill("1 / (1 + a * s")
-    field.press("Enter")
     error = explorer.page.locator(".controls > .error")
-    error.filter(has_text="'1 / (1 + a * s' ends where ) is expected").wait_for()
-    assert field.get_attribute("aria-invalid") == "true"
-    law_view = "explorer.views.find(({ id }) => id === 'law').panel.section.dataset"
-    explorer.page.wait_for_function(f"() => {law_view}.state === 'failed'")
-    field.fill("1 / (1 + a * s)")
+    field = explorer.page.locator("input[name='law']")
+    with explorer.asking_only("law"):
+        explorer.page.locator("select[aria-label='Friction law']").select_option("formula")
+        law = explorer.state["model"]["friction"]
+        assert law == {"law": "mu + (1 - mu) * exp(-s / v)", "mu": 0.3, "v": 0.1}
+        field.fill("mu + a * (s")
+        field.press("Enter")
+        error.filter(has_text="'mu + a * (s' ends where ) is expected").wait_for()
+        assert field.get_attribute("aria-invalid") == "true"
+        law_view = "explorer.views.find(({ id }) => id === 'law').panel.section.dataset"
+        explorer.page.wait_for_function(f"() => {law_view}.state === 'failed'")
+    field.fill("mu + a * s")
     field.press("Enter")
     assert field.evaluate("(field) => field === document.activeElement")
-    explorer.type_into("a", 3)
-    assert explorer.state["model"]["friction"] == {"law": "1 / (1 + a * s)", "a": 3}
+    explorer.type_into("a", 0.2)
+    own = {"law": "mu + a * s", "mu": 0.3, "a": 0.2}
+    assert explorer.state["model"]["friction"] == own
     assert error.text_content() == ""
     force = explorer.page.evaluate("() => [...explorer.answers.get('law').parts[0].arrays.force]")
     s = explorer.page.evaluate("() => [...explorer.answers.get('law').parts[0].arrays.s]")
-    np.testing.assert_allclose(force, 1 / (1 + 3 * np.array(s)), rtol=1e-15)
-    explorer.page.wait_for_function('() => decodeURIComponent(location.hash).includes(`"a":3`)')
+    np.testing.assert_allclose(force, 0.3 + 0.2 * np.array(s), rtol=1e-15)
+    explorer.page.wait_for_function('() => decodeURIComponent(location.hash).includes(`"a":0.2`)')
     explorer.page.reload()
     explorer.page.wait_for_selector("html[data-ready]")
     explorer.settle()
-    assert explorer.state["model"]["friction"] == {"law": "1 / (1 + a * s)", "a": 3}
+    assert explorer.state["model"]["friction"] == own

@@ -254,7 +254,8 @@ def slope(model, name: str, step: float, quantity, begin: Cycle, nodes: range) -
     near = [model.replace(**{name: own + k * step}) for k in nodes]
     values = np.array([quantity(ss.find_cycle(each, begin.x, begin.v)) for each in near])
     powers = np.vander(np.array(nodes, dtype=float), increasing=True)
-    return np.asarray(np.tensordot(np.linalg.inv(powers)[1], values, 1) / step)
+    grown = values - values[nodes.index(0)]  # rounded weights do not sum to zero
+    return np.asarray(np.tensordot(np.linalg.inv(powers)[1], grown, 1) / step)
 
 
 @pytest.mark.parametrize("kind", ["one block", "two blocks", "forced"])
@@ -300,9 +301,9 @@ def test_derivatives_next_to_grazing_and_at_grazing() -> None:
     assert by.status == ss.status.OK
     assert by.margin < 1e-6
     one_sided = range(0, -9, -1)
-    period = slope(near, "V", 2e-6, lambda c: c.period, found, one_sided)
+    period = slope(near, "V", 3e-5, lambda c: c.period, found, one_sided)
     np.testing.assert_allclose(by.period[0], period, rtol=1e-8)
-    largest = slope(near, "V", 2e-6, lambda c: c.multipliers[0].real, found, one_sided)
+    largest = slope(near, "V", 3e-5, lambda c: c.multipliers[0].real, found, one_sided)
     np.testing.assert_allclose(by.multipliers[0, 0].real, largest, rtol=1e-8)
     touching = branch[graze.row].derivative("V")
     assert touching.margin < by.margin / 100
