@@ -190,7 +190,7 @@ def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -
     # Newton's method starts just beyond the change, then just before: there both may meet and
     # vanish.
     ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
-    free = _with_word(shooting, None)
+    free = with_word(shooting, None)
     width = ends[1] - ends[0]
     sides: tuple[tuple[Literal["persists", "fold"], float], ...] = (
         ("persists", ahead),
@@ -202,12 +202,13 @@ def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -
             continue
         y = _beside(free, shooting.word, point, value, width)
         if y is not None:
-            found = _with_word(shooting, free.shot(y).word)
+            found = with_word(shooting, free.shot(y).word)
             return Partner(found, y, outcome, way > 0.0)
     return None
 
 
-def _with_word(shooting: Shooting, word: Word | None) -> Shooting:
+def with_word(shooting: Shooting, word: Word | None) -> Shooting:
+    """Equations of cycles of other changes of mode, or of any."""
     return Shooting(
         shooting.model,
         shooting.name,

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.cycle.mode_changes import beginning, converged, on_section, touches
+from stickslip.mechanics.cycle.mode_changes import (
+    beginning,
+    converged,
+    on_section,
+    touches,
+    with_word,
+)
 from stickslip.mechanics.cycle.section import EVENTS
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.flow.sensitivity import NO_CLEARANCE
+from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
     from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.mechanics.cycle.section import Shooting
     from stickslip.numerics.arrays import Floats
 
 # Multipliers: widest step of differences, of a parameter, and how often it may be halved; errors,
@@ -21,6 +30,8 @@ if TYPE_CHECKING:
 STEP: Final = 4e-3
 HALVINGS: Final = 24
 ENOUGH, SURE = 1e-11, 1e-6
+# Of a parameter: how far a cycle may be from one that just touches, whose events rounding decides.
+ASIDE: Final = (1e-15, 1e-14, 1e-13, 1e-12)
 # Steps to the cycles that differences take: on both sides, ahead, behind; nearest ones first.
 STENCILS: Final = ((0, 1, -1, 2, -2, 3, -3, 4, -4), tuple(range(9)), tuple(range(0, -9, -1)))
 
@@ -79,7 +90,7 @@ class Rates:
 
     def __init__(self, cycle: Cycle, name: str) -> None:
         self.cycle = cycle
-        self.shooting, self.unknowns = on_section(cycle, name)
+        self.shooting, self.unknowns = _with_its_events(cycle, name)
         _, jacobian, self.shot = self.shooting(self.unknowns)
         self.rates = np.linalg.lstsq(jacobian[:, :-1], -jacobian[:, -1])[0]
 
@@ -145,6 +156,20 @@ class Rates:
         for value in self.shot.multipliers:
             found.append(left.pop(int(np.argmin(np.abs(np.array(left) - value)))))
         return np.array(found)
+
+
+def _with_its_events(cycle: Cycle, name: str) -> tuple[Shooting, Floats]:
+    """Equations of a cycle; where rounding decides whether it touches, of the one just beside."""
+    shooting, y = on_section(cycle, name)
+    free, size = with_word(shooting, None), abs(float(y[-1])) or 1.0
+    for step in (0.0, *(way * share * size for share in ASIDE for way in (1.0, -1.0))):
+        near = converged(free, np.append(y[:-1], y[-1] + step), size) if step else y
+        if near is not None:
+            with suppress(LeavesRegion):
+                word = free.shot(near).word
+                if len(word) == len(cycle.events):
+                    return with_word(shooting, word), near
+    return shooting, y
 
 
 def _slope(steps: tuple[int, ...], values: list[Any]) -> Any:
