@@ -15,6 +15,7 @@ from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
+from stickslip.analysis.branches.table import branch_table, resolution_of_lists
 
 SHARP = 1e-12  # of located values
 PERIODS = 5
@@ -216,6 +217,45 @@ def test_where_breaks_accumulate_less_is_resolved_and_the_list_says_so():
     assert len(alone) > 0
     assert not alone.unresolved
     assert_same(found, [(item.value, item.period) for item in alone])
+
+
+def test_where_breaks_accumulate_too_many_changes_are_told_and_not_followed():
+    # As above, with values over all branches from mu on: those below lose their fixed points.
+    def turns(x):
+        return np.log(x) / np.log(0.95)
+
+    f = ss.PiecewiseMap(
+        lambda x, mu: mu + 0.3 * (turns(x) % 1),
+        (1e-8, 1),
+        parameters={"mu": 0.01},
+        derivative=lambda x, mu: 0.3 / (np.log(0.95) * x),
+        label=lambda x, mu: 1 + np.floor(turns(x)).astype(np.uint64),
+    )
+    found = bifurcations(f, "mu", (0.01, 0.03), max_period=1, n_lists=3)
+    told = [item for item in found.unresolved if "more than are followed" in item.reason]
+    ends = sorted({end for item in told for end in (item.lo, item.hi)})
+    assert (ends[0], ends[-1], len(ends)) == (*found.range, len(told) + 1)
+    # Of a range in which less happens all is found, beside the same breaks.
+    few = bifurcations(f, "mu", (0.01, 0.0102), max_period=1, n_lists=3)
+    (told,) = few.unresolved
+    assert "breaks accumulate: lists are complete above" in told.reason
+
+
+def test_a_table_of_many_full_branches_is_resolved_by_how_many_orbits_they_make():
+    """Each branch of 1/x mod 1 meets all others: where n are told apart there are n^p orbits."""
+    f = ss.PiecewiseMap(
+        lambda x: (1 / x) % 1,
+        (1e-3, 1),
+        derivative=lambda x: -1 / x**2,
+        label=lambda x: 1 + np.floor(1 / x).astype(np.uint64),
+    )
+    table = branch_table(f)
+    assert len(table) > 48
+    assert resolution_of_lists(table, 1) == table.resolution
+    assert resolution_of_lists(table, 2) == pytest.approx(1e-3 * 0.999)
+    # Where all branches are wide none is left out, however many orbits there are.
+    tent = ss.PiecewiseMap(lambda x: 1 - np.abs(2 * x - 1), (0, 1), breakpoints=[0.5])
+    assert resolution_of_lists(branch_table(tent), 16) == branch_table(tent).resolution
 
 
 # --- ends of orbits, and what was not asked for -------------------------------------------------

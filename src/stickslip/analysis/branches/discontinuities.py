@@ -15,6 +15,8 @@ from stickslip.analysis.maps.protocol import domain_width
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.mesh import Bools, Indices
@@ -40,34 +42,47 @@ NARROW_END: Final = "a branch narrower than the resolution at the end of the dom
 ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
 
 
-class LabelBrackets:
-    """Brackets of label changes; where branches crowd, the mesh is resolved less."""
+class Brackets:
+    """Brackets of changes of a map, narrowed by halving or from what margins foretell."""
 
-    def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
-        self.mesh = mesh
-        self.left, self.right = left, right
+    def __init__(self, probe: Callable[[Floats], Nodes], left: Nodes, right: Nodes) -> None:
+        self.probe, self.left, self.right = probe, left, right
         self.halve_next = np.zeros(len(left), dtype=bool)
         # Rounds since either end has moved.
         self.rests = np.zeros((2, len(left)), dtype=np.int64)
         # Where the ends were before they last moved.
         self.old_left, self.old_right = left, right
 
-    def close(self) -> None:
-        """Narrow all brackets to adjacent floats."""
-        for _ in range(MAX_ROUNDS):
-            apart = are_apart(self.mesh, self.left.x, self.right.x)
-            active = np.flatnonzero(apart & ~self._between_slivers())
-            if not active.size:
-                break
-            width = self.right.x[active] - self.left.x[active]
-            first, second = self._trials(active)
-            both = np.isfinite(second)
-            nodes = self.mesh.probe(np.concatenate([first, second[both]]))
-            self._apply(active, nodes.take(slice(0, len(active))))
-            self._apply(active[both], nodes.take(slice(len(active), None)))
-            # A forecast that gains less than halving would is not followed twice.
-            now = self.right.x[active] - self.left.x[active]
-            self.halve_next[active] = both & (now > 0.5 * width)
+    def narrow(self, k: Indices) -> None:
+        """Look at one point of some of the brackets, or at two."""
+        width = self.right.x[k] - self.left.x[k]
+        first, second = self._trials(k)
+        both = np.isfinite(second)
+        nodes = self.probe(np.concatenate([first, second[both]]))
+        self._take_in(k, nodes.take(slice(0, len(k))))
+        self._take_in(k[both], nodes.take(slice(len(k), None)))
+        # A forecast that gains less than halving would is not followed twice.
+        self.halve_next[k] = both & (self.right.x[k] - self.left.x[k] > 0.5 * width)
+
+    def _take_in(self, k: Indices, nodes: Nodes) -> None:
+        """Move an end of each bracket that a new point is inside of."""
+        inside = (nodes.x > self.left.x[k]) & (nodes.x < self.right.x[k])
+        k, nodes = k[inside], nodes.take(inside)
+        as_left = self._is_left(k, nodes)
+        self._move(k, nodes, as_left)
+
+    def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
+        """Tell which points are on the left side of the change."""
+        raise NotImplementedError
+
+    def _move(self, k: Indices, nodes: Nodes, as_left: Bools) -> None:
+        i, j = k[as_left], k[~as_left]
+        self.rests[:, k] += 1
+        self.rests[0, i] = self.rests[1, j] = 0
+        self.old_left = self.old_left.replaced(i, self.left.take(i))
+        self.old_right = self.old_right.replaced(j, self.right.take(j))
+        self.left = self.left.replaced(i, nodes.take(as_left))
+        self.right = self.right.replaced(j, nodes.take(~as_left))
 
     def _trials(self, k: Indices) -> tuple[Floats, Floats]:
         """Choose one point per bracket, its middle, or two on either side of a forecast."""
@@ -106,23 +121,32 @@ class LabelBrackets:
         centre = np.stack([0.5 * (a + b) for a, b in pairs])[best, column]
         return centre, apart[best, column]
 
-    def _apply(self, k: Indices, nodes: Nodes) -> None:
-        """Move the end of each bracket that the new point has the label of."""
-        inside = (nodes.x > self.left.x[k]) & (nodes.x < self.right.x[k])
-        k, nodes = k[inside], nodes.take(inside)
+
+class LabelBrackets(Brackets):
+    """Brackets of label changes; where branches crowd, the mesh is resolved less."""
+
+    def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
+        super().__init__(mesh.probe, left, right)
+        self.mesh = mesh
+
+    def close(self) -> None:
+        """Narrow all brackets to adjacent floats."""
+        for _ in range(MAX_ROUNDS):
+            apart = are_apart(self.mesh, self.left.x, self.right.x)
+            active = np.flatnonzero(apart & ~self._between_slivers())
+            if not active.size:
+                break
+            self.narrow(active)
+
+    def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
+        return have_same_label(nodes, self.left.take(k))
+
+    def _move(self, k: Indices, nodes: Nodes, as_left: Bools) -> None:
         lower, upper = self.left.take(k), self.right.take(k)
-        narrow = upper.x - lower.x <= self.mesh.resolution
-        as_left = have_same_label(nodes, lower)
         # Below the resolution a third label is only "no longer the left one".
-        as_right = ~as_left & (have_same_label(nodes, upper) | narrow)
-        third = ~as_left & ~as_right
-        i, j = k[as_left], k[as_right | third]
-        self.rests[:, k] += 1
-        self.rests[0, i] = self.rests[1, j] = 0
-        self.old_left = self.old_left.replaced(i, lower.take(as_left))
-        self.old_right = self.old_right.replaced(j, upper.take(as_right | third))
-        self.left = self.left.replaced(i, nodes.take(as_left))
-        self.right = self.right.replaced(j, nodes.take(as_right | third))
+        narrow = upper.x - lower.x <= self.mesh.resolution
+        third = ~(as_left | have_same_label(nodes, upper) | narrow)
+        super()._move(k, nodes, as_left)
         if third.any():
             self._append(nodes.take(third), upper.take(third))
             self._coarsen()

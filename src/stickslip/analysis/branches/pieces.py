@@ -101,18 +101,28 @@ def pieces_of_powers(laps: Laps, max_power: int, *, closed: bool = False) -> Ite
         yield pieces
 
 
+def itineraries(laps: Laps, power: int) -> float:
+    """Count the ways to go from a lap back to it in a number of maps."""
+    leads = _Returns(laps, 1).before(np.eye(len(laps), dtype=bool))
+    return float(np.trace(np.linalg.matrix_power(leads.astype(np.float64), power)))
+
+
 class _Returns:
     """Which laps lead to which in a few maps: before what never comes back is pulled back."""
 
     def __init__(self, laps: Laps, highest: int) -> None:
         self.laps = laps
-        first, stop = self._met(laps.value_min, laps.value_max)
+        self.first, self.stop = self._met(laps.value_min, laps.value_max)
         reach = within = np.eye(len(laps), dtype=bool)
         self.within = [within]  # by the number of maps at most
         for _ in range(highest - 2):
-            count = _counted(reach)
-            reach = count[stop] > count[first]
+            reach = self.before(reach)
             self.within.append(self.within[-1] | reach)
+
+    def before(self, reach: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Tell from which laps one map leads to laps from which others are reached."""
+        count = _counted(reach)
+        return np.asarray(count[self.stop] > count[self.first])
 
     def _met(self, low: Floats, high: Floats) -> tuple[Indices, Indices]:
         """First lap that each interval meets, and the one after the last."""

@@ -25,8 +25,14 @@ from stickslip.analysis.branches.laps import (
     tabulate_laps,
 )
 from stickslip.analysis.branches.mesh import Mesh
-from stickslip.analysis.branches.pieces import Hints, TooManyPiecesError, hints_of, pieces_of_powers
-from stickslip.analysis.maps.protocol import base_and_exponent
+from stickslip.analysis.branches.pieces import (
+    Hints,
+    TooManyPiecesError,
+    hints_of,
+    itineraries,
+    pieces_of_powers,
+)
+from stickslip.analysis.maps.protocol import base_and_exponent, domain_width
 from stickslip.checks import finite_number
 from stickslip.numerics.processes import travels
 from stickslip.results.result import Result, ResultList
@@ -42,6 +48,7 @@ if TYPE_CHECKING:
 RESOLUTION: Final = 1e-9
 CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, if that is left open
 MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
+MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out
 SHOWN: Final = 40  # rows of a table in its repr
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
@@ -313,6 +320,15 @@ def _gaps(segments: Segments, unresolved: list[Unresolved]) -> Floats:
     unknown = {(item.lo, item.hi) for item in unresolved if item.reason == ACCUMULATE}
     gaps = [row for row in rows if row not in unknown]
     return np.array(gaps, dtype=np.float64).reshape(-1, 2)
+
+
+def resolution_of_lists(table: BranchTable, max_period: int) -> float:
+    """Return a resolution at which orbits up to a period are few enough to be followed."""
+    # Where branches accumulate and each leads to all others, there are ever more of them.
+    widest = WIDE * domain_width(table.f)
+    all_wide = all(branch.right - branch.left >= widest for branch in table)
+    few = all_wide or itineraries(table.pieces, max_period) <= MANY
+    return table.resolution if few else widest
 
 
 def preimages(f: Map1D, x: float, *, resolution: float = RESOLUTION) -> Floats:

@@ -94,3 +94,21 @@ def test_lines_of_an_event_map_are_its_breakpoints():
     table = branch_table(f.replace(V=float(values[13])))
     jumps = [item.d for item in table.breakpoints if item.kind != "smooth"]
     np.testing.assert_allclose([line.d[13] for line in lines], jumps, rtol=0, atol=3e-12)
+
+
+def test_margins_foretell_breaks_in_few_evaluations(monkeypatch):
+    """Halving took 21 for each break and value: where motions never return, most of a diagram."""
+    values = np.linspace(0.0366, 0.0372, 41)
+    f = event_map(examples.coulomb())
+    maps = [f.replace(V=float(q)) for q in values]
+    anchors = [(float(values[k]), branch_table(maps[k])) for k in (0, -1)]
+    counts = []
+    plain = type(f).evaluate
+
+    def counting(self, d):
+        counts.append(np.size(d))
+        return plain(self, d)
+
+    monkeypatch.setattr(type(f), "evaluate", counting)
+    lines = follow_breakpoints(maps, values, anchors)
+    assert sum(counts) <= 8 * np.isfinite([line.d for line in lines]).sum()

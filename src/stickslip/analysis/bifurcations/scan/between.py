@@ -37,7 +37,8 @@ FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up
 NARROW: Final = 4e-4  # of the parameter: where a range is narrower, lists keep apart for rounding
 NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed down further
 MAX_NODES: Final = 1000
-MAX_CROWDED: Final = 60  # ... where breaks accumulate, and each list costs much
+FEW: Final = 4  # lists added between two of the grid where breaks accumulate, and each costs much
+MOST_CHANGES: Final = 8  # ... and orbits that are not in both lists, which are followed there
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,25 +158,52 @@ class _Between:
         while todo:
             span = Span(*todo.pop())
             fresh, unexplained = self._look(span)
-            if fresh:
+            more = self._may_add(span)
+            wide = span.right.q - span.left.q > NARROWEST * self.whole.scale
+            if fresh and more:
                 todo += self._cut(span, fresh)
-            elif unexplained and self._may_narrow(span):
+            elif unexplained and more and wide:
                 middle = self._node(0.5 * (span.left.q + span.right.q))
                 todo += [(span.left, middle), (middle, span.right)]
             else:
                 self.found.spans.append(span)
-                self.found.unresolved += unexplained
+                self.found.unresolved += [*unexplained, *self._left_out(span, fresh)]
         return self.found
 
-    def _may_narrow(self, span: Span) -> bool:
-        wide = span.right.q - span.left.q > NARROWEST * self.whole.scale
-        most = MAX_CROWDED if self.whole.crowded else MAX_NODES
-        return wide and self.n_nodes + self.found.n_nodes < most
+    def _may_add(self, span: Span) -> bool:
+        """Whether another list may be made inside a span."""
+        if self.whole.crowded:
+            return self.found.n_nodes < FEW and not (span.loose_left or span.loose_right)
+        return self.n_nodes + self.found.n_nodes < MAX_NODES
+
+    def _left_out(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
+        """Take events back that no lists may be made beside; say which."""
+        found, left_out = self.found, {id(event) for event in fresh}
+        found.events = [event for event in found.events if id(event) not in left_out]
+        span.endings = [
+            replace(ending, event=None) if id(ending.event) in left_out else ending
+            for ending in span.endings
+        ]
+        return [
+            UnresolvedChange(
+                f"a {event.kind}: beside it no list is made, as there are many already",
+                event.value,
+                event.value,
+                event.period,
+                float(event.points[0]),
+            )
+            for event in fresh
+        ]
 
     def _look(self, span: Span) -> tuple[list[Event], list[UnresolvedChange]]:
         """Join two lists; return events that are new, and what none explains."""
         joined = join(span.left, span.right, self.family, self.classes)
         span.pieces = joined.pieces
+        changes = len(joined.left) + len(joined.right)
+        if self.whole.crowded and changes > MOST_CHANGES:
+            span.loose_left, span.loose_right = joined.left, joined.right
+            reason = f"breaks accumulate: {changes} orbits begin or end, more than are followed"
+            return [], [UnresolvedChange(reason, span.left.q, span.right.q)]
         ways = self._ways(span, joined.left, joined.right)
         fresh: list[Event] = []
         unexplained: list[UnresolvedChange] = []

@@ -22,7 +22,11 @@ from stickslip.analysis.bifurcations.scan.near_misses import (
     zeros_at_end,
 )
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
-from stickslip.analysis.branches.table import branch_table, tables_complete_above
+from stickslip.analysis.branches.table import (
+    branch_table,
+    resolution_of_lists,
+    tables_complete_above,
+)
 from stickslip.analysis.work import Work
 from stickslip.numerics.processes import in_processes
 
@@ -84,7 +88,8 @@ class Survey(Range):
     def _coarsened(self, values: Sequence[float]) -> AbstractContextManager[None]:
         """Resolve less where breaks accumulate, and say so."""
         looked_at = values[0], values[len(values) // 2], values[-1]
-        self.resolution = max(branch_table(self.family.at(q)).resolution for q in looked_at)
+        tables = (branch_table(self.family.at(q)) for q in looked_at)
+        self.resolution = max(resolution_of_lists(table, self.max_period) for table in tables)
         if self.crowded:
             reason = (
                 f"breaks accumulate: lists are complete above {self.resolution:.2g}, "
@@ -111,7 +116,7 @@ class Survey(Range):
                     seen[node.q] = near_zeros(node, self.max_period, self._classes)
             values = [node.q for node in nodes]
             fresh = hidden_values(values, [seen[q] for q in values], self.width)
-            if not fresh:
+            if self.crowded or not fresh:
                 break
             more = self._nodes(fresh, lambda share: self.work.tell(LISTED))
             nodes = sorted([*nodes, *more], key=lambda node: node.q)

@@ -1,4 +1,4 @@
-"""Breakpoints of a family of maps at many parameter values, bisected from forecasts, all at once.
+"""Breakpoints of a family of maps at many parameter values, narrowed from forecasts, all at once.
 
 `tracked` follows one break to adjacent floats with its limits; here places are enough.
 """
@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
+from stickslip.analysis.branches.discontinuities import MAX_ROUNDS, Brackets
+from stickslip.analysis.branches.mesh import Nodes
+from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.numerics.continuation import lagrange_weights
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -25,12 +27,11 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-LOCATED: Final = 1e-12  # of the domain's width: how far a breakpoint is bisected
+LOCATED: Final = 1e-12  # of the domain's width: how far a breakpoint is narrowed down
 FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
 SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are
 WIDENING: Final = 16.0
 WIDEST: Final = 0.05  # of the domain's width: a breakpoint further off is lost
-HALVINGS: Final = 60
 PLACES: Final = 4  # that a prediction goes through
 REMAINS: Final = 0.5  # of the difference between the sides, from one value to the next
 MET: Final = 1e-6  # of the domain's width: how well a line must meet an anchor
@@ -162,8 +163,7 @@ def _march(
         f, value = maps[k], float(values[k])
         guess = _extrapolated(places, value)
         reach = np.maximum(radius, SMALLEST) * domain_width(f)
-        signal = _Signal(f, start.kind[rows])
-        x, difference = _located(signal, guess[rows], reach[rows], contrast[rows])
+        x, difference = _located(f, start.kind[rows], guess[rows], reach[rows], contrast[rows])
         found[step, rows], contrast[rows] = x, difference
         rows = rows[np.isfinite(x)]
         if value not in (q for q, _ in places):
@@ -178,41 +178,57 @@ def _extrapolated(places: list[tuple[float, Floats]], value: float) -> Floats:
     return np.asarray(lagrange_weights(known, value) @ np.array(x))
 
 
-@dataclass(frozen=True)
-class _Signal:
-    """What tells the two sides of breaks apart: one number per point."""
-
-    f: Map1D
-    kind: NDArray[np.str_]
-
-    def __call__(self, x: Floats, rows: NDArray[np.intp]) -> Floats:
-        values, kind = sample(self.f, x), self.kind[rows]
-        signal = np.where(kind == "jump", values.value, np.arctan(values.derivative))
-        return np.where(kind == "edge", is_ok(values), signal)
+def _signal(kind: NDArray[np.str_], nodes: Nodes) -> Floats:
+    """Reduce points to a number each that tells the two sides of a break apart."""
+    signal = np.where(kind == "jump", nodes.value, np.arctan(nodes.slope))
+    return np.where(kind == "edge", nodes.ok, signal)
 
 
-def _located(signal: _Signal, x: Floats, radius: Floats, contrast: Floats) -> tuple[Floats, Floats]:
-    """Enclose and bisect breaks, all at once; their places, NaN where lost, and contrasts."""
-    f, every = signal.f, np.arange(len(x))
-    widest = WIDEST * domain_width(f)
+class _SignalBrackets(Brackets):
+    """Brackets of breaks: a point belongs to the side that it is more like."""
+
+    def __init__(
+        self, probe: Callable[[Floats], Nodes], left: Nodes, right: Nodes, kind: NDArray[np.str_]
+    ) -> None:
+        super().__init__(probe, left, right)
+        self.kind = kind
+
+    def _is_left(self, k: NDArray[np.intp], nodes: Nodes) -> NDArray[np.bool_]:
+        sides = (_signal(self.kind[k], side.take(k)) for side in (self.left, self.right))
+        to_left, to_right = (np.abs(_signal(self.kind[k], nodes) - side) for side in sides)
+        return np.asarray(to_left <= to_right)
+
+
+def _located(
+    f: Map1D, kind: NDArray[np.str_], x: Floats, radius: Floats, contrast: Floats
+) -> tuple[Floats, Floats]:
+    """Enclose and narrow breaks, all at once; their places, NaN where lost, and contrasts."""
+    width = domain_width(f)
+
+    def probe(x: Floats) -> Nodes:
+        return Nodes.at(x, sample(f, x))
+
+    def ends(k: NDArray[np.intp]) -> tuple[Nodes, Nodes]:
+        both = np.concatenate([x[k] - radius[k], x[k] + radius[k]])
+        nodes = probe(np.clip(both, *f.domain))
+        return nodes.take(slice(0, len(k))), nodes.take(slice(len(k), None))
+
+    low, high = ends(np.arange(len(x)))
     while True:
-        low, high = np.clip(x - radius, *f.domain), np.clip(x + radius, *f.domain)
-        both = signal(np.concatenate([low, high]), np.concatenate([every, every]))
-        at_low, at_high = both[: len(x)], both[len(x) :]
-        good = np.abs(at_high - at_low) >= REMAINS * contrast
-        if (good | (radius >= widest)).all():
-            break
-        radius = np.where(good, radius, np.minimum(radius * WIDENING, widest))
-    for _ in range(HALVINGS):
-        k = np.flatnonzero(good & (high - low > LOCATED * domain_width(f)))
+        good = np.abs(_signal(kind, high) - _signal(kind, low)) >= REMAINS * contrast
+        k = np.flatnonzero(~good & (radius < WIDEST * width))
         if not k.size:
             break
-        middle = 0.5 * (low[k] + high[k])
-        at_middle = signal(middle, k)
-        left = np.abs(at_middle - at_low[k]) <= np.abs(at_middle - at_high[k])
-        low[k], at_low[k] = np.where(left, middle, low[k]), np.where(left, at_middle, at_low[k])
-        high[k] = np.where(left, high[k], middle)
-        at_high[k] = np.where(left, at_high[k], at_middle)
-    difference = np.abs(at_high - at_low)
+        radius[k] = np.minimum(radius[k] * WIDENING, WIDEST * width)
+        lower, upper = ends(k)
+        low, high = low.replaced(k, lower), high.replaced(k, upper)
+    brackets = _SignalBrackets(probe, low, high, kind)
+    for _ in range(MAX_ROUNDS):
+        k = np.flatnonzero(good & (brackets.right.x - brackets.left.x > LOCATED * width))
+        if not k.size:
+            break
+        brackets.narrow(k)
+    difference = np.abs(_signal(kind, brackets.right) - _signal(kind, brackets.left))
     good &= difference >= REMAINS * contrast  # else it was slope, not a break
-    return np.where(good, 0.5 * (low + high), np.nan), np.where(good, difference, contrast)
+    middle = 0.5 * (brackets.left.x + brackets.right.x)
+    return np.where(good, middle, np.nan), np.where(good, difference, contrast)
