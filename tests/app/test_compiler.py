@@ -98,6 +98,21 @@ def test_who_is_called_off_waits_no_longer_for_the_compiler(tmp_path, monkeypatc
     assert len(ran) == 1
 
 
+def test_requests_alike_but_for_numbers_are_looked_at_once(tmp_path, monkeypatch):
+    looked_at = []
+    monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)
+    monkeypatch.setattr(Compiler, "_run", lambda self, todo, report: True)
+    monkeypatch.setattr(compiler, "typical", lambda it: looked_at.append(it) or typical(it))
+    ours = Compiler()
+    for V in (0.1, 0.2, 0.3):
+        ours.prepare([asked("motion", {**COULOMB, "V": V}, d=0.1)])
+    assert len(looked_at) == 1
+    for other in ({**COULOMB, "damping": 0.1}, {**COULOMB, "friction": LAW9["friction"]}):
+        ours.prepare([asked("motion", other, d=0.1)])
+    ours.prepare([asked("cycle", COULOMB, d=0.1)])
+    assert len(looked_at) == 4
+
+
 def test_the_numbers_of_a_formula_ask_for_no_other_kernels(tmp_path, monkeypatch):
     ran = []
     monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)

@@ -37,6 +37,7 @@ WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 NAMES: Final = {kind: view for view, kind in requests.REQUESTS.items()}
 LONGEST: Final = 1200.0  # seconds for one process
 PATIENCE: Final = 0.1  # seconds from one look whether the kernels are wanted to the next
+MOST_LOOKS: Final = 1000  # of requests, kept in mind
 MOST_FORMULAS: Final = 50  # of one server: each keeps the compiler busy for some time
 NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of the others 0.1, and 0 is kept
 
@@ -46,6 +47,7 @@ class Compiler:
 
     def __init__(self) -> None:
         self._done: set[str] = set()
+        self._ready: set[str] = set()
         self._formulas: set[str] = set()
         self._queue = ThreadPoolExecutor(1, "compiler")  # one process after the other
         self._process: subprocess.Popen[bytes] | None = None
@@ -59,10 +61,23 @@ class Compiler:
         """Compile the kernels that these requests need, unless that was done before."""
         # `report` is told how many of how many of them are ready; what `check` raises ends the
         # wait, not a process that compiles. BadRequestError for one formula too many.
-        keyed = {_key(small): small for request in asked if (small := typical(request))}
-        self._count(text for small in keyed.values() for text in _formulas(small))
-        if keyed.keys() <= self._done:
+        looks = {_look(request): request for request in asked}
+        if looks.keys() <= self._ready:  # nearly always, and somebody waits for the answer
             return
+        keyed = {_key(small): small for request in looks.values() if (small := typical(request))}
+        self._count(text for small in keyed.values() for text in _formulas(small))
+        if not keyed.keys() <= self._done:
+            self._wait_for(keyed, report, check)
+        if len(self._ready) > MOST_LOOKS:
+            self._ready.clear()
+        self._ready |= looks.keys()
+
+    def _wait_for(
+        self,
+        keyed: dict[str, requests.Request],
+        report: Callable[[int, int], None],
+        check: Callable[[], None],
+    ) -> None:
         root = cache_root()
         marks = None if root is None else root / "explorer"
         work = self._queue.submit(self._compile, keyed, marks, report)
@@ -126,6 +141,11 @@ class Compiler:
         self._queue.shutdown(wait=False, cancel_futures=True)
         if self._process is not None:
             self._process.terminate()
+
+
+def _look(request: requests.Request) -> str:
+    """Say of a request what its kernels depend on: whether numbers are 0, not their sizes."""
+    return repr((type(request).__name__, getattr(request, "power", 1), _shape(request.model)))
 
 
 def _key(small: requests.Request) -> str:

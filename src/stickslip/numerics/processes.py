@@ -11,7 +11,7 @@ import os
 import signal
 import time
 from collections import deque
-from concurrent.futures import BrokenExecutor, CancelledError, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from functools import cached_property
 from pickle import PicklingError
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -73,13 +73,15 @@ def _sent(
     sent: deque[tuple[Item, Future[Result]]] = deque()
     try:
         while waiting or sent:
-            at_work = sum(not future.done() for _, future in sent)
-            while waiting and at_work < PROCESSES.count + AHEAD:
+            at_work = [future for _, future in sent if not future.done()]
+            while waiting and len(at_work) < PROCESSES.count + AHEAD:
                 item = waiting.popleft()
-                sent.append((item, PROCESSES.submit(_within, context, task, item)))
-                at_work += 1
+                at_work.append(PROCESSES.submit(_within, context, task, item))
+                sent.append((item, at_work[-1]))
             tell(len(waiting) + len(sent))
-            if wait([sent[0][1]], WATCH).done:
+            if not sent[0][1].done():  # any that ends makes room for the next
+                wait(at_work, WATCH, FIRST_COMPLETED)
+            if sent[0][1].done():
                 result = sent[0][1].result()
                 sent.popleft()
                 yield result

@@ -70,6 +70,22 @@ def test_what_is_shipped_gives_way_to_what_is_computed(explorer):
     assert explorer.page.evaluate("() => explorer.answers.get('map').shipped") is None
 
 
+def test_word_of_progress_redraws_nothing(explorer):
+    explorer.open()
+    explorer.settle("diagram")
+    redrawn = explorer.page.evaluate(
+        """async () => {
+            await new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
+            const { plot } = explorer.views.find(({ id }) => id === "diagram");
+            const { question } = explorer.answers.get("diagram");
+            const told = { part: 0, last: false, progress: 0.9, arrays: {} };
+            explorer.receive("diagram", question, { ...told, data: { part_name: "progress" } });
+            return plot.dirty;
+        }"""
+    )
+    assert not redrawn
+
+
 def test_older_values_are_dimmed_with_the_reason(lonely):
     lonely.wait_for_function(SHOWN)
     slider = lonely.locator("[data-slider='V']")

@@ -78,7 +78,13 @@ class _Web:
 
 
 def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
-    """Join all orbits of a survey to curves; ``concerned`` goes by the span's number."""
+    """Join all orbits of a survey to curves, once; ``concerned`` goes by the span's number."""
+    if survey.curves is None:
+        survey.curves = _curves(survey, concerned)
+    return survey.curves
+
+
+def _curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
     chains = orbit_chains(survey, concerned)
     chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
     curves = [columns_of(rows) for _, rows, _ in chains]

@@ -185,8 +185,9 @@ def _regular(slopes: Floats) -> NDArray[np.bool_]:
 
 def turn_towards(points: Floats, near: Floats) -> int:
     """Return by how many places to roll an orbit back so that it comes closest to another."""
-    gaps = [float(np.abs(np.roll(points, -k) - near).max()) for k in range(len(near))]
-    return int(np.argmin(gaps))
+    n = len(near)
+    rolled = points[np.add.outer(np.arange(n), np.arange(n)) % n]
+    return int(np.argmin(np.abs(rolled - near).max(axis=1)))
 
 
 def turned(points: Floats, near: Floats) -> Floats:

@@ -174,6 +174,7 @@ export class App {
   // --- questions -------------------------------------------------------------------------------
 
   changed() {
+    this.askAll(); // first: the server works while the views are drawn
     const { large } = this;
     for (const view of this.views) {
       const shown = view.isFor(this.state) && (!large.length || large.includes(view.id));
@@ -186,7 +187,6 @@ export class App {
       if (view.panel.reset) view.panel.reset.hidden = !zoomed;
       view.show();
     }
-    this.askAll();
     this.judge();
   }
 
@@ -256,7 +256,8 @@ export class App {
     if (slot === "motion") this.#move();
     if (slot === "returns") this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
-    this.#tell(slot);
+    if (part.data.part_name === "progress") this.judge();
+    else this.#tell(slot);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
   }
 

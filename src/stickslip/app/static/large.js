@@ -13,6 +13,7 @@ export class Large {
   constructor(app, views) {
     this.app = app;
     this.views = views;
+    this.arranged = "";
     this.choices = ["First large view", "Second large view"].map((label, place) => {
       const onchange = () => this.#choose(place);
       return element("select", { class: "large-view", "aria-label": label, onchange });
@@ -47,14 +48,17 @@ export class Large {
 
   arrange() {
     const { large } = this.app;
+    const known = this.#known.map(({ id, panel }) => [id, panel.title.textContent ?? ""]);
+    const arranged = JSON.stringify([large, known]);
+    if (arranged === this.arranged) return;
+    this.arranged = arranged;
     document.body.toggleAttribute("data-large", large.length > 0);
     document
       .querySelector(".tool[aria-label=Present]")
       ?.setAttribute("aria-pressed", String(large.length > 0));
     this.choices.forEach((choice, place) => {
       choice.hidden = !large.length;
-      const names = this.#known.map(({ id, panel }) => [id, panel.title.textContent]);
-      if (place) names.unshift(["", "alone"]);
+      const names = place ? [["", "alone"], ...known] : known;
       choice.replaceChildren(...names.map(([value, text]) => element("option", { value }, text)));
       choice.value = large[place] ?? "";
     });

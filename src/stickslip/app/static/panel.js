@@ -6,6 +6,8 @@
 import { element, iconButton } from "./dom.js";
 import { spelled } from "./numbers.js";
 
+const MOMENT_MS = 350;
+
 export class Panel {
   /**
    * @param {{id: string, title: string, exports: string[], help: string}} of
@@ -56,7 +58,7 @@ export class Panel {
       this.sentence,
       this.body,
     );
-    this.timer = 0;
+    /** @type {Record<string, number>} */ this.timers = {};
   }
 
   /** Show the state of the answer; what lasts a moment shows nothing. @param {Standing} [standing] */
@@ -70,11 +72,34 @@ export class Panel {
     }
     const busy = progress !== null;
     if (busy) this.bar.value = progress;
-    if (busy === this.section.hasAttribute("data-busy")) return;
     this.section.toggleAttribute("data-busy", busy);
-    clearTimeout(this.timer);
-    if (!busy) this.bar.hidden = this.cancel.hidden = true;
-    else this.timer = setTimeout(() => (this.bar.hidden = this.cancel.hidden = false), 350);
+    this.#lasts("waits", busy, (on) => (this.bar.hidden = this.cancel.hidden = !on));
+    this.#lasts("dim", kind === "stale" || kind === "failed");
+  }
+
+  /**
+   * Mark what has been so for more than a moment: styles that come and go cost every frame.
+   * @param {string} mark @param {boolean} on @param {(on: boolean) => void} [then]
+   */
+  #lasts(mark, on, then = () => {}) {
+    if (on === mark in this.timers) return;
+    const show = (/** @type {boolean} */ shown) => {
+      this.section.toggleAttribute(`data-${mark}`, shown);
+      then(shown);
+    };
+    if (on) this.timers[mark] = setTimeout(() => show(true), MOMENT_MS);
+    else {
+      clearTimeout(this.timers[mark]);
+      delete this.timers[mark];
+      show(false);
+    }
+  }
+
+  /** Set the title, with an exponent. @param {string} text @param {number} [power] */
+  name(text, power) {
+    if (this.title.textContent === `${text}${power ?? ""}`) return;
+    this.title.replaceChildren(text);
+    if (power !== undefined) this.title.append(element("sup", {}, String(power)));
   }
 
   /** Say in a sentence what is seen now. @param {string} text */

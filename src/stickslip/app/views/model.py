@@ -81,6 +81,8 @@ class WatchedBackend:
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
         found = [self._backend.carry(some, slope=slope, watch=watch) for some in self._pieces(d)]
+        if len(found) == 1:
+            return found[0]
         return Outputs(*map(np.concatenate, zip(*found, strict=True)))
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:

@@ -206,7 +206,8 @@ class ModelMap:
         Arguments, shape and errors as for calling the map; ValueError for an unknown name.
         """
         points, rows = self._admitted(d)
-        parameter_name("name", name, self.parameters, of="the model")
+        if type(name) is not str or name not in self.model.numbers:  # all are slow to gather
+            parameter_name("name", name, self.parameters, of="the model")
         return _shaped(self._backend.parameter_slope(rows, name), points.shape)
 
     def evaluate(self, d: ArrayLike) -> EventMapResult:

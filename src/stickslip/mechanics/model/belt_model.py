@@ -443,7 +443,7 @@ class BeltModel(ABC):
         """
         if self.n_blocks == 2:
             low, high = self.domain
-            return locus.admit(d, low, high, f"[{low:.17g}, {high:.17g}]")
+            return locus.admit(d, low, high, lambda: f"[{low:.17g}, {high:.17g}]")
         points = np.require(real_numbers("d", d), np.float64, ["C", "W"])
         inside = self.contains(points)
         if not inside.all():

@@ -9,6 +9,8 @@ import numpy as np
 from stickslip.checks import real_numbers
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.model.plant import Plant
@@ -52,13 +54,13 @@ def onset(d: ArrayLike, alpha: float, beta: float) -> NDArray[np.float64]:
     return np.stack([x1, x1 + d], axis=-1)
 
 
-def admit(d: ArrayLike, low: float, high: float, why: str) -> NDArray[np.float64]:
+def admit(d: ArrayLike, low: float, high: float, why: Callable[[], str]) -> NDArray[np.float64]:
     """Return relative displacements of the domain as floats; ValueError names the first outside."""
     # The result is the input itself where it is writable, contiguous and inside. Values up to
     # `ULP_SLACK` ulp outside become the end: ``linspace`` rounds.
-    values = np.require(
-        real_numbers("d", d), np.float64, ["C", "W"]
-    )  # kernels are compiled for such arrays
+    values = real_numbers("d", d)
+    if not values.flags.carray:  # kernels are compiled for such arrays
+        values = np.require(values, np.float64, ["C", "W"])
     # Two passes without an array between them: nearly always that is all. NaN fails both.
     if values.size == 0 or (values.max() <= high and values.min() >= low):
         return values
@@ -69,7 +71,7 @@ def admit(d: ArrayLike, low: float, high: float, why: str) -> NDArray[np.float64
         where = np.unravel_index(bad[0], values.shape)
         index = f"[{', '.join(map(str, where))}]" if values.ndim else ""
         raise ValueError(
-            f"d{index} = {float(values[where])!r} is outside the global stick locus {why}. "
+            f"d{index} = {float(values[where])!r} is outside the global stick locus {why()}. "
             "Take d from model.domain."
         )
     inside: NDArray[np.float64] = np.clip(values, low, high)

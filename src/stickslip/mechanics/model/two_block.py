@@ -258,7 +258,10 @@ class TwoBlock(BeltModel):
     def admit(self, d: ArrayLike) -> NDArray[np.float64]:
         """Check relative displacements against `domain`; as for any blocks."""
         end = self.domain[1]
-        why = f"|d| <= {end:.17g} (alpha={self.alpha:g}, beta={self.beta:g}, eq. 6a)"
+
+        def why() -> str:
+            return f"|d| <= {end:.17g} (alpha={self.alpha:g}, beta={self.beta:g}, eq. 6a)"
+
         return locus.admit(d, -end, end, why)
 
     def onset(self, d: ArrayLike) -> NDArray[np.float64]:

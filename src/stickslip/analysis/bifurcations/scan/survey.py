@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
+    from stickslip.analysis.continuation.curve import Curve
 
 LISTED: Final = 0.4  # share of the work that the lists of the grid are, roughly
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
@@ -60,6 +61,7 @@ class Survey(Range):
         self.events: list[Event] = []
         self.unresolved: list[UnresolvedChange] = []
         self.grid_nodes: list[Node] = []
+        self.curves: tuple[Curve, ...] | None = None  # of all orbits, once they are joined
         self.n_nodes = 0
         self._classes = SymbolClasses()
         self._at_ends: dict[float, list[Suspect]] = {}  # events there are in no list's middle

@@ -63,12 +63,9 @@ export class MapView extends View {
     const after = (/** @type {string} */ step) => name.replace(/_?(\d*)$/, (_, k) => `_{${k && `${k},`}${step}}`);
     const ofBlocks = sticksAsOne(state.model);
     Object.assign(this.plot.options, { xlabel: after("n"), ylabel: after("n+1") });
-    if (this.main) this.panel.title.textContent = ofBlocks ? "Event map" : "Return map";
-    if (!this.main) {
-      this.panel.title.replaceChildren(
-        "Map f",
-        Object.assign(document.createElement("sup"), { textContent: String(state.power) }),
-      );
+    if (this.main) this.panel.name(ofBlocks ? "Event map" : "Return map");
+    else {
+      this.panel.name("Map f", state.power);
       this.plot.options.ylabel = after(`n+${state.power}`);
     }
     const values = this.values;

@@ -96,8 +96,9 @@ export class PortraitView extends View {
       const rides = column(arrays.mode, block, count).map((mode) => Number(mode === 0));
       this.slips = this.v.map((v, k) => (rides[k] && rides[k - 1] && rides[k + 1] ? NaN : v));
       this.rides = this.v.map((v, k) => (rides[k] ? v : NaN));
+      this.whole = around([this.x], [this.v]);
     }
-    this.plot.setView(this.app.state.windows[this.id] ?? around([this.x ?? []], [this.v ?? []]));
+    this.plot.setView(this.app.state.windows[this.id] ?? this.whole ?? around([], []));
   }
 
   /** @override */
