@@ -107,6 +107,10 @@ def multipliers_text(multipliers: NDArray[np.complex128], shown: int = MULTIPLIE
 def multipliers_of(jacobians: Floats) -> NDArray[np.complex128]:
     """Eigenvalues of the Jacobian of f^p, largest modulus first, from (p, n, n)."""
     values = np.linalg.eigvals(monodromy(jacobians)).astype(np.complex128)
+    if len(values) == 2 and values.any() and not values.imag.any():
+        # The smaller one has the larger one's rounding: what is left of the determinant has not.
+        large = values[np.argmax(np.abs(values))]
+        values = np.array([large, np.prod(np.linalg.det(jacobians)) / large])
     order = np.lexsort((-values.imag, -values.real, -np.round(np.abs(values), 12)))
     return np.asarray(values[order])
 
