@@ -87,45 +87,11 @@ class Steps:
         self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, log_rtol: Any
     ) -> None:
         """Step lanes of which the first block slips, or both do."""
-        start = self._law(self.series.force.start)
-        advance = self._law(self.series.force.advance)
-        numbers, both = (p, q), range(n)
+        both = range(n)
         sign = [load(x, SIGN[i]) for i in both]
         force = [load(x, FORCE[i]) for i in range(2)]
-        rows: list[Rows] = [{(0, 0): load(x, SPEED[i])} for i in both]
-        integral: list[Terms] = [{} for _ in both]
-        loading_of = self._loadings(c, sign)
-
-        def coefficient(i: int, k: int) -> Lanes:
-            """Coefficient k + 1 of a speed: s' = -limit F(s) - sign e."""
-            # What does not depend on the newest coefficient is multiplied out beforehand: the
-            # recurrence is a chain of operations that wait for each other.
-            (start if k == 0 else advance)(rows[i], numbers[i], k)
-            if k == 0:
-                at_rest = rows[i][0, 0] == 0.0
-                rows[i][1, 0] = select(at_rest, numbers[i][STATIC_COLUMN], rows[i][1, 0])
-                pull = -c[at.LIMIT + i] * rows[i][1, 0] - sign[i] * force[i]
-                # From rest with F(0) = 1 a slip starts with zero acceleration.
-                return select(at_rest & (abs(pull) <= SLACK * c[at.LIMIT + i]), 0.0, pull)
-            loading = loading_of(i, k, integral, rows)
-            if k == 1:
-                loading = loading + sign[i] * (0.5 * c[at.DRIFT + i])
-            return (-c[at.LIMIT + i] * (1.0 / (k + 1))) * rows[i][1, k] - loading
-
-        for k in range(ORDER):
-            newest = [coefficient(i, k) for i in both]
-            for i in both:
-                rows[i][0, k + 1] = newest[i]
-                integral[i][k + 1] = rows[i][0, k] * (1.0 / (k + 1))
-
-        power = 0.0
-        for k in range(ORDER - 1, ORDER + 1):
-            for i in both:
-                size_s = abs(rows[i][0, k])
-                size_e = c[at.STIFF + i] * abs(integral[i][k])
-                size = select(size_s > size_e, size_s, size_e)
-                root = logarithm_of_ratio(log_rtol, size) * (1.0 / k)
-                power = select(root < power, root, power)
+        rows, integral = self._speeds([load(x, SPEED[i]) for i in both], sign, force, (p, q), c)
+        power = _power(c, log_rtol, rows, integral)
         h = length(power)
 
         signals = [speed_signal(rows[i], h) for i in both]
@@ -161,11 +127,42 @@ class Steps:
             store(x, FORCE[i], force_end[i])
         for i in both:
             store(x, SPEED[i], end[i])
-            for k in range(ORDER + 1):
-                store(taken, SERIES[i] + k * LANES, rows[i][0, k])
-            for row in self.kept_rows:
-                for k in range(ORDER):
-                    store(taken, self._place(i, row) + k * LANES, rows[i][row, k])
+            self._keep(taken, i, rows[i])
+
+    def _speeds(
+        self, speed: Sequence[Lanes], sign: Sequence[Lanes], force: Sequence[Lanes],
+        numbers: Sequence[Floats], c: Floats,
+    ) -> tuple[list[Rows], list[Terms]]:  # fmt: skip
+        """Series of the speeds, with their laws' rows, and of the speeds' integrals."""
+        start = self._law(self.series.force.start)
+        advance = self._law(self.series.force.advance)
+        both = range(len(speed))
+        rows: list[Rows] = [{(0, 0): speed[i]} for i in both]
+        integral: list[Terms] = [{} for _ in both]
+        loading_of = self._loadings(c, sign)
+
+        def coefficient(i: int, k: int) -> Lanes:
+            """Coefficient k + 1 of a speed: s' = -limit F(s) - sign e."""
+            # What does not depend on the newest coefficient is multiplied out beforehand: the
+            # recurrence is a chain of operations that wait for each other.
+            (start if k == 0 else advance)(rows[i], numbers[i], k)
+            if k == 0:
+                at_rest = rows[i][0, 0] == 0.0
+                rows[i][1, 0] = select(at_rest, numbers[i][STATIC_COLUMN], rows[i][1, 0])
+                pull = -c[at.LIMIT + i] * rows[i][1, 0] - sign[i] * force[i]
+                # From rest with F(0) = 1 a slip starts with zero acceleration.
+                return select(at_rest & (abs(pull) <= SLACK * c[at.LIMIT + i]), 0.0, pull)
+            loading = loading_of(i, k, integral, rows)
+            if k == 1:
+                loading = loading + sign[i] * (0.5 * c[at.DRIFT + i])
+            return (-c[at.LIMIT + i] * (1.0 / (k + 1))) * rows[i][1, k] - loading
+
+        for k in range(ORDER):
+            newest = [coefficient(i, k) for i in both]
+            for i in both:
+                rows[i][0, k + 1] = newest[i]
+                integral[i][k + 1] = rows[i][0, k] * (1.0 / (k + 1))
+        return rows, integral
 
     def _rider(
         self, c: Floats, sign: Lanes, rows: Rows, h: Lanes, tail: Lanes, clear: Lanes,
@@ -213,23 +210,48 @@ class Steps:
         self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, _: Any
     ) -> None:
         """Carry derivatives through the step that was taken last."""
+        both = range(n)
+        sign = [load(x, SIGN[i]) for i in both]
+        d_force = [load(x, D_FORCE[i]) for i in range(2)]
+        rows = [self._kept(taken, i) for i in both]
+        h = load(taken, at.LENGTH)
+        force = [load(taken, FORCE_BEFORE[i]) for i in both]
+        d_speed = [load(x, D_SPEED[i]) for i in both]
+        d, d_integral = self._tangents(d_speed, d_force, rows, sign, force, (p, q), c)
+
+        end = [falling(h, d[i], 0) for i in both]
+        path = [falling(h, d_integral[i], 1) * h for i in both]
+        gained = [sign[i] * (end[i] - d[i][0]) for i in both]
+        gains: list[tuple[Any, Sequence[Lanes], Sequence[Lanes]]] = [(c, path, gained)]
+        if self.changing:
+            moved = [falling(h, integral_of(rows[i]), 1) * h for i in both]
+            faster = [sign[i] * (load(x, SPEED[i]) - rows[i][0, 0]) for i in both]
+            gains.append((_Change(c), moved, faster))
+        force_end = self._forces(d_force, sign, gains)
+        if self.changing:
+            force_end = [force_end[i] + c[at.CHANGE + at.DRIFT + i] * h for i in range(2)]
+        for i in both:
+            store(x, D_SPEED[i], end[i])
+            for k in range(ORDER + 1):
+                store(taken, D_SERIES[i] + k * LANES, d[i][k])
+        for i in range(2):
+            store(taken, D_FORCE_BEFORE[i], d_force[i])
+            store(x, D_FORCE[i], force_end[i])
+        extreme = self._turns(c, sign, rows, h, load(x, SPEED[0]))
+        store(taken, at.FLAG, load(taken, at.FLAG) + select(extreme, 16.0, 0.0))
+
+    def _tangents(
+        self, d_speed: Sequence[Lanes], d_force: Sequence[Lanes], rows: Sequence[Rows],
+        sign: Sequence[Lanes], force: Sequence[Lanes], numbers: Sequence[Floats], c: Floats,
+    ) -> tuple[list[Terms], list[Terms]]:  # fmt: skip
+        """Series of the speeds' derivatives, and of the integrals of these."""
         parts = [self.series.slope, *[self.series.change] * self.changing]
         start = self._law([line for part in parts for line in part.start])
         advance = self._law([line for part in parts for line in part.advance])
-        numbers, both = (p, q), range(n)
-        sign = [load(x, SIGN[i]) for i in both]
-        d_force = [load(x, D_FORCE[i]) for i in range(2)]
-        rows: list[Rows] = [
-            {(0, k): load(taken, SERIES[i] + k * LANES) for k in range(ORDER + 1)} for i in both
-        ]
-        for i in both:
-            for row in self.kept_rows:
-                for k in range(ORDER):
-                    rows[i][row, k] = load(taken, self._place(i, row) + k * LANES)
-        d: list[Terms] = [{0: load(x, D_SPEED[i])} for i in both]
+        both = range(len(d_speed))
+        d: list[Terms] = [{0: d_speed[i]} for i in both]
         d_integral: list[Terms] = [{} for _ in both]
-        integral: list[Terms] = [{} for _ in both]
-        h = load(taken, at.LENGTH)
+        integral = [integral_of(rows[i]) for i in both if self.changing]
         loading_of = self._loadings(c, sign)
         # With a parameter the equations change, too: the force's part of -L' F is
         # (L' / L) (s' + sign e), which leaves of their numbers' changes what follows.
@@ -245,14 +267,12 @@ class Steps:
             if k == 0:
                 loading = sign[i] * d_force[i]
             else:
-                speeds = [{(0, k): d[j][k]} for j in both]
-                loading = loading_of(i, k, d_integral, speeds)
+                loading = loading_of(i, k, d_integral, [{(0, k): d[j][k]} for j in both])
             if self.changing:
-                integral[i][k + 1] = rows[i][0, k] * (1.0 / (k + 1))
                 changed = changed + rows[i][self.series.change_row, k]
                 loading = loading - scaled[i] * rows[i][0, k + 1]
                 if k == 0:
-                    loading = loading - scaled[i] * (sign[i] * load(taken, FORCE_BEFORE[i]))
+                    loading = loading - scaled[i] * (sign[i] * force[i])
                 else:
                     loading = loading - moved_loading(i, k, integral, rows)
                     if k == 1:
@@ -264,37 +284,24 @@ class Steps:
             for i in both:
                 d[i][k + 1] = newest[i]
                 d_integral[i][k + 1] = d[i][k] * (1.0 / (k + 1))
+        return d, d_integral
 
-        end = [falling(h, d[i], 0) for i in both]
-        path = [falling(h, d_integral[i], 1) * h for i in both]
-        gained = [sign[i] * (end[i] - d[i][0]) for i in both]
-        turning = [falling(h, {k: k * s for k, s in speeds(rows[i]).items()}, 1) for i in both]
-        extremes = [(rows[i][0, 1] < 0.0) & (turning[i] > 0.0) for i in both]
-        if n == 1:
+    def _turns(
+        self, c: Floats, sign: Sequence[Lanes], rows: Sequence[Rows], h: Lanes, speed_end: Lanes
+    ) -> Lanes:
+        """Whether a speed turns back within the step, or a rider's force."""
+        slopes = [{k: k * s for k, s in speeds(each).items()} for each in rows]
+        ends = [falling(h, slope, 1) for slope in slopes]
+        extremes = [(each[0, 1] < 0.0) & (end > 0.0) for each, end in zip(rows, ends, strict=True)]
+        if len(rows) == 1:
             cross, drag = c[at.CROSS + 1], c[at.DRAG + 1]
             rate = c[at.DRIFT + 1] + cross * sign[0] * rows[0][0, 0]
-            rate_end = c[at.DRIFT + 1] + cross * sign[0] * load(x, SPEED[0])
+            rate_end = c[at.DRIFT + 1] + cross * sign[0] * speed_end
             if self.damped:
                 rate = rate + drag * sign[0] * rows[0][0, 1]
-                rate_end = rate_end + drag * sign[0] * turning[0]
+                rate_end = rate_end + drag * sign[0] * ends[0]
             extremes.append(rate * rate_end < 0.0)
-        gains: list[tuple[Any, Sequence[Lanes], Sequence[Lanes]]] = [(c, path, gained)]
-        if self.changing:
-            moved = [falling(h, integral[i], 1) * h for i in both]
-            faster = [sign[i] * (load(x, SPEED[i]) - rows[i][0, 0]) for i in both]
-            gains.append((_Change(c), moved, faster))
-        force_end = self._forces(d_force, sign, gains)
-        if self.changing:
-            force_end = [force_end[i] + c[at.CHANGE + at.DRIFT + i] * h for i in range(2)]
-        for i in both:
-            store(x, D_SPEED[i], end[i])
-            for k in range(ORDER + 1):
-                store(taken, D_SERIES[i] + k * LANES, d[i][k])
-        for i in range(2):
-            store(taken, D_FORCE_BEFORE[i], d_force[i])
-            store(x, D_FORCE[i], force_end[i])
-        extreme = extremes[0] | extremes[1]
-        store(taken, at.FLAG, load(taken, at.FLAG) + select(extreme, 16.0, 0.0))
+        return extremes[0] | extremes[1]
 
     # --- both -----------------------------------------------------------------------------
 
@@ -332,6 +339,21 @@ class Steps:
                         if self.damped:
                             ends[i] = ends[i] + c[damp + i] * gained[j]
         return ends
+
+    def _keep(self, taken: Floats, i: int, rows: Rows) -> None:
+        """Keep what tangents and events need of a block's series."""
+        for k in range(ORDER + 1):
+            store(taken, SERIES[i] + k * LANES, rows[0, k])
+        for row in self.kept_rows:
+            for k in range(ORDER):
+                store(taken, self._place(i, row) + k * LANES, rows[row, k])
+
+    def _kept(self, taken: Floats, i: int) -> Rows:
+        rows = {(0, k): load(taken, SERIES[i] + k * LANES) for k in range(ORDER + 1)}
+        for row in self.kept_rows:
+            for k in range(ORDER):
+                rows[row, k] = load(taken, self._place(i, row) + k * LANES)
+        return rows
 
     def _law(self, lines: Lines) -> Callable[[Rows, Floats, int], None]:
         """Make a function of the text that computes coefficient k of the rows of a law."""
@@ -382,6 +404,24 @@ class _Left(_Change):
 def speeds(rows: Rows) -> Terms:
     """Coefficients of a speed."""
     return {k: rows[0, k] for k in range(ORDER + 1)}
+
+
+def integral_of(rows: Rows) -> Terms:
+    """Coefficients of a speed's integral."""
+    return {k + 1: rows[0, k] * (1.0 / (k + 1)) for k in range(ORDER)}
+
+
+def _power(c: Floats, log_rtol: Any, rows: Sequence[Rows], integral: Sequence[Terms]) -> Lanes:
+    """log2 of the step on which the larger of the last two terms of each series is small."""
+    power: Any = 0.0
+    for k in range(ORDER - 1, ORDER + 1):
+        for i in range(len(rows)):
+            size_s = abs(rows[i][0, k])
+            size_e = c[at.STIFF + i] * abs(integral[i][k])
+            size = select(size_s > size_e, size_s, size_e)
+            root = logarithm_of_ratio(log_rtol, size) * (1.0 / k)
+            power = select(root < power, root, power)
+    return power
 
 
 def falling(t: Lanes, terms: Terms, last: int) -> Lanes:
