@@ -660,9 +660,8 @@ def test_the_cache_folder_depends_on_what_kernels_are_made_of(tmp_path):
         "helper": "from stickslip import status\n\ndef half(): ...\n",
         "status": "OK = 0\n",
         "engine": "from stickslip.numerics.targets import instantiate\n",
-        "steps": "from stickslip.numerics.targets import generated_module\n"
-        "from stickslip.generator import text\n",
-        "generator": "TEXT = ''\n",
+        "steps": "from stickslip.generator import step\n\nSTEPS = dict(step=written(step))\n",
+        "generator": "def step(): ...\n",
     }
     for name, text in texts.items():
         (package / f"{name}.py").write_text(text)
@@ -677,5 +676,9 @@ def test_the_cache_folder_depends_on_what_kernels_are_made_of(tmp_path):
         "mechanics/flow/transitions.py",
         "analysis/interpolation/_kernels.py",
     } <= inside
-    assert {"mechanics/flow/lanes/steps.py", "numerics/vector.py"} <= inside
+    assert {
+        "mechanics/flow/lanes/steps.py",
+        "mechanics/friction/series.py",
+        "numerics/vector.py",
+    } <= inside
     assert not any(name.startswith(("plot", "study", "studies", "cli")) for name in inside)

@@ -62,8 +62,8 @@ def kernel_sources(package: Path) -> set[Path]:
     """Files of kernels and of their generators, what they import (not indented), and so on."""
     files = {path: f"\n{path.read_bytes().decode()}" for path in package.rglob("*.py")}
     used = {path: text.partition(USES)[2].partition("\n")[0] for path, text in files.items()}
-    todo = [path for path, text in files.items() if "\n@kernel" in text]
-    todo += [path for path, names in used.items() if "generated_module" in names]
+    makers = "\n@kernel", "=written("  # the latter of functions that write code
+    todo = [path for path, text in files.items() if any(one in text for one in makers)]
     found: set[Path] = set()
     while todo:
         path = todo.pop()

@@ -123,20 +123,13 @@ def _executed(
 
 
 def write_module(stem: str, text: str) -> ModuleType:
-    """Import generated kernel `text`; a module of the same text is written once."""
-    return generated_module(stem, hashlib.sha256(text.encode()).hexdigest()[:16], lambda: text)
-
-
-def generated_module(stem: str, key: str, make_text: Callable[[], str]) -> ModuleType:
-    """Import generated kernels, written as a module so that numba can cache them.
-
-    The `key` must identify the text among those that this version of the sources generates.
-    """
+    """Import generated kernel `text`, written as a module, once, so that numba can cache it."""
+    key = hashlib.sha256(text.encode()).hexdigest()[:16]
     name = f"{kernel_cache.GENERATED}{stem}_{key}"
     with _making:
         if name in sys.modules:
             return sys.modules[name]
-        text = kernel_cache.kept(f"generated/{name}.txt", lambda: make_text().encode())
+        kernel_cache.kept(f"generated/{name}.txt", text.encode)
         code = kernel_cache.kept(
             f"generated/{name}.{sys.implementation.cache_tag}.code",
             lambda: marshal.dumps(compile(text, f"{name}.py", "exec")),
