@@ -272,6 +272,21 @@ def test_the_motion_plays_and_pauses(explorer):
     assert explorer.page.evaluate("() => explorer.clock.playing") is False
 
 
+def test_what_plays_leaves_the_processor_time_for_answers(explorer):
+    gaps = explorer.page.evaluate(
+        """async () => {
+            const { clock } = explorer, { ontick } = clock, times = [];
+            clock.ontick = () => times.push(performance.now());
+            clock.play(true);
+            while (times.length < 12) await new Promise((go) => setTimeout(go, 20));
+            clock.play(false);
+            clock.ontick = ontick;
+            return times.slice(2).map((time, k) => time - times[k + 1]);
+        }"""
+    )
+    assert min(gaps) > 20  # ms: no frame at once after another, whatever the screen's rate
+
+
 def test_help_lists_the_keys(explorer):
     explorer.page.locator("main").click(position={"x": 2, "y": 2})
     explorer.page.keyboard.press("?")

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
 SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little
-FIRST_BLOCKS: Final = (24, 48)  # steps after which orbits of critical points are looked at
+BLOCKS: Final = (24, 48, 96, 160)  # steps after which orbits of critical points are looked at
 WITH: Final = 16  # last steps of an orbit, most of them inside a motion: it is with that
-SECOND_BLOCK: Final = 256  # ... and the transient of those that were not captured then
 LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
 NEAR: Final = 5e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
 ROUNDS: Final = 6  # ... in each of so many rounds is captured
@@ -147,7 +146,9 @@ class _Look:
         """Follow orbits until each has left, or is with an attractor; return which."""
         fates = np.full(len(start), MOVING)
         moving, tails = np.arange(len(start)), start[:, None]
-        for steps in FIRST_BLOCKS:
+        for steps in BLOCKS:
+            if not moving.size:
+                break
             tails = np.hstack([tails, advance(self.f, tails[:, -1], steps)[:, 1:]])
             moving, tails = self._drop(moving, tails, fates)
         while moving.size:
@@ -155,7 +156,7 @@ class _Look:
             if moving.size:
                 if len(self.found) == MOST_MOTIONS:
                     break
-                fate = self._identify(tails[:1], SECOND_BLOCK + self.iterates)
+                fate = self._identify(tails[:1], self.iterates)
                 same = self._beside_cycles(tails) if fate == CYCLE else np.zeros(len(tails), bool)
                 same[0] = True
                 fates[moving[same]] = fate
@@ -216,7 +217,7 @@ class _Look:
             fate = int(self._fates(tail)[0])
             if fate != MOVING:
                 return fate
-            exponent, error = self._exponent(tail[0, -max(SLOPES, more // 4) :])
+            exponent, error = self._exponent(tail[0, -max(SLOPES, tail.shape[1] // 4) :])
             near = RECURRING if exponent <= 0.0 else SETTLED
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE

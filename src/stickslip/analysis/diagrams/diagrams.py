@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import partial as partial_of
 from itertools import pairwise
@@ -47,7 +48,6 @@ SPREAD: Final = 16  # starting points, besides critical ones, at the values next
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 AT_LEAST: Final = 64  # values that an interrupted call is content with
-CHUNK: Final = 8  # values at a time, about
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
@@ -229,10 +229,10 @@ class _Chunk:
 def _chunks(
     maps: list[Any], values: Floats, critical: list[Floats] | None, near_lists: NDArray[np.intp]
 ) -> Iterator[_Chunk]:
-    """Cut a diagram into stretches of about as many values each."""
+    """Cut a diagram into stretches: half as many values each as there are of them."""
     n, looks = len(values), np.zeros(len(values) + 1, dtype=np.bool_)
     looks[near_lists] = True
-    edges = np.linspace(0, n, max(1, n // CHUNK) + 1).astype(int)
+    edges = np.linspace(0, n, math.isqrt(2 * n) + 1).astype(int)
     looks[edges] = True
     for part in map(slice, *np.array(list(pairwise(edges))).T):
         yield _Chunk(maps[part], values[part], critical and critical[part], looks[part])
