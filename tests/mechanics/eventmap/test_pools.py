@@ -304,6 +304,15 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
     assert done.stdout.split("\n")[:2] == [repr(value), "1 0"]
 
 
+def test_another_model_of_the_law_writes_no_code(monkeypatch):
+    model = ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05))
+    f = ss.event_map(model, threads=1)
+    values = f(0.1), f.parameter_derivative(0.1, "V")
+    monkeypatch.setattr("stickslip.mechanics.flow.lanes.steps.written", None)
+    again = ss.event_map(model.replace(V=0.16), threads=1).replace(V=0.15)
+    assert (again(0.1), again.parameter_derivative(0.1, "V")) == values
+
+
 def test_the_masses_are_those_of_the_reduced_plant():
     blocks = ss.Blocks(
         mass=[1.3, 0.7],

@@ -20,7 +20,7 @@ from stickslip.numerics.series import Scalars, SeriesText
 STATIC_COLUMN, PARAMETER_COLUMN = 0, 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LawSeries:
     """Text of the series of a symmetric law's force, after it of its slope and of its change."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from types import ModuleType
 from typing import Any, Final
 
@@ -56,6 +56,7 @@ Rows = dict[tuple[int, int], Lanes]  # coefficients, by row and order
 Terms = dict[int, Lanes]  # coefficients of one series, by order
 
 
+@lru_cache(maxsize=64)  # numba keeps all that is ever made for code
 def lane_kernels(series: LawSeries, *, damped: bool = False, changing: bool = False) -> ModuleType:
     """Make ``step_one``, ``step_both``, ``tangent_one``, ``tangent_both``, and ``SIZE`` of `taken`.
 
