@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from llvmlite.binding import get_host_cpu_features
 
-from stickslip.numerics import kernel_cache, linking, targets, threads
+from stickslip.numerics import kernel_cache, linking, targets, threads, translation
 
 RETURNS_BINDING = """
     from stickslip.numerics.targets import kernel
@@ -204,6 +204,7 @@ def small_package(tmp_path):
     (package / "__init__.py").touch()
     for module in (kernel_cache, linking, targets, threads):
         shutil.copy(module.__file__, package / "numerics")
+    shutil.copytree(translation.__path__[0], package / "numerics" / "translation")
     shutil.copy(kernel_cache.PACKAGE / "files.py", package / "files.py")
     (package / "mechanics" / "caller.py").write_text(
         textwrap.dedent("""

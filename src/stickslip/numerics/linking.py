@@ -25,9 +25,24 @@ from numba.core.environment import Environment
 from numba.core.registry import CPUDispatcher
 
 from stickslip.numerics import kernel_cache
+from stickslip.numerics.translation.statements import translate
+from stickslip.numerics.translation.values import NotUnderstood
 
 
-class _PartLibrary(JITCodeLibrary):
+class _Library(JITCodeLibrary):
+    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
+        """As numba does, but for functions only that have code."""
+        module.data_layout = self._codegen._data_layout
+        for function in module.functions:
+            if not function.is_declaration:
+                try:
+                    passes, *builder = self._codegen._function_pass_manager()
+                except TypeError:  # it takes the module in numba 0.61
+                    return super()._optimize_functions(module)
+                passes.run(function, *builder)
+
+
+class _PartLibrary(_Library):
     """Code of a kernel, as lowered, and of all that it calls: each by its hash, callees first."""
 
     def __init__(self, codegen: Any, codes: dict[str, bytes] | None = None) -> None:
@@ -62,7 +77,7 @@ def _code(library: JITCodeLibrary) -> dict[str, bytes]:
     return {hashlib.sha256(code).hexdigest(): code}
 
 
-class _EntryLibrary(JITCodeLibrary):
+class _EntryLibrary(_Library):
     """Machine code of what Python calls: of its own, whatever other code the process has."""
 
     def finalize_with(self, part: _PartLibrary) -> None:
@@ -105,6 +120,47 @@ class _PartCompiler(compiler.Compiler):
         library = _PartLibrary(target.codegen())
         super().__init__(typing, target, library, args, result, _Flags.equal_to(flags), names)
 
+    def compile_extra(self, func: Any) -> Any:
+        """Translate a kernel; numba's own way if the text is not understood."""
+        _open.append(func)
+        try:
+            signature, descriptor = translate(func, self.state, _called)
+        except NotUnderstood:
+            return super().compile_extra(func)
+        finally:
+            _open.remove(func)
+        state = self.state
+        return _result(state.targetctx, signature, descriptor, state.library, None)
+
+
+_open: list[Callable[..., Any]] = []  # kernels that wait for those that they call
+
+
+def _called(thing: Any, kinds: tuple[Any, ...]) -> Any:
+    """Type and signature of the part of a kernel; None of anything else."""
+    if not isinstance(thing, Kernel):
+        return None
+    if thing.py_func in _open:
+        raise NotUnderstood("recursion")
+    part = thing.part
+    part.compile(kinds)
+    return types.Dispatcher(part), part.overloads[kinds].signature
+
+
+def _result(target: Any, signature: Any, descriptor: Any, library: Any, entry: Any) -> Any:
+    known = {
+        "target_context": target,
+        "typing_context": target.typing_context,
+        "signature": signature,
+        "fndesc": descriptor,
+        "library": library,
+        "objectmode": False,
+        "lifted": (),
+        "reload_init": (),
+        "entry_point": entry,
+    }
+    return compiler.CompileResult(**(dict.fromkeys(compiler.CR_FIELDS) | known))
+
 
 class _PartCache(kernel_cache.KernelCache):
     """Keeps a part: its type, and the code of all that it needs, each in a file for all parts."""
@@ -125,18 +181,9 @@ class _PartCache(kernel_cache.KernelCache):
             if code is None:
                 return None
             codes[name] = code
-        known = {
-            "target_context": target,
-            "typing_context": target.typing_context,
-            "signature": signature,
-            "fndesc": descriptor,
-            "library": _PartLibrary(target.codegen(), codes),
-            "objectmode": False,
-            "lifted": (),
-            "reload_init": (),
-            "entry_point": object(),  # a name for callers: nothing runs it
-        }
-        return compiler.CompileResult(**(dict.fromkeys(compiler.CR_FIELDS) | known))
+        library = _PartLibrary(target.codegen(), codes)
+        entry = object()  # a name for callers: nothing runs it
+        return _result(target, signature, descriptor, library, entry)
 
 
 class _Part(CPUDispatcher):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import linecache
 import marshal
 import os
 import sys
@@ -130,6 +131,7 @@ def write_module(stem: str, text: str) -> ModuleType:
         if name in sys.modules:
             return sys.modules[name]
         kernel_cache.kept(f"generated/{name}.txt", text.encode)
+        linecache.cache[f"{name}.py"] = (len(text), None, text.splitlines(True), f"{name}.py")
         code = kernel_cache.kept(
             f"generated/{name}.{sys.implementation.cache_tag}.code",
             lambda: marshal.dumps(compile(text, f"{name}.py", "exec")),

@@ -380,7 +380,7 @@ def release_pass(carried: Carried, b: Floats, n: np.uint64) -> None:
                 t = t - step
                 t = t if t > 0.0 else 0.0
                 t = t if t < longest else longest
-                s, v = slip_turned(slip, t)
+                v, s = slip_turned(slip, t)
                 gained = pull * s - rate * (v + slip.alpha * v)
                 rate_now = rate + gained
                 gap_now = gap + (rate * s + pull * v)

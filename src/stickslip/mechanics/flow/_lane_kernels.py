@@ -238,14 +238,14 @@ def half_angle(slip: Slip, gap: float, rate: float, pull: float, end: float) -> 
 
 @kernel(inline=True, fused=True)
 def slip_turned(slip: Slip, t: float) -> tuple[float, float]:
-    """Return sine and versed sine of ``W t`` over W and W^2, from half the angle: W is rounded."""
+    """Return versed sine and sine of ``W t`` over W^2 and W, from half the angle: W is rounded."""
     k = (t * slip.frequency * TURNS + ROUNDER) - ROUNDER
     half = 0.5 * ((t - k * (TURN * slip.unit)) - k * (TURN * slip.unit_low))
     square = half * half
     turned = square + slip.alpha * square
     sine, versed = turn_squared(turned)
     s = half + half * turned * sine
-    return 2.0 * s * (1.0 - versed), 2.0 * s * s
+    return 2.0 * s * s, 2.0 * s * (1.0 - versed)
 
 
 @kernel(inline=True, fused=True)

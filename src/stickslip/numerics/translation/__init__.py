@@ -1,0 +1,1 @@
+"""Kernels into LLVM's code, straight from their text."""
