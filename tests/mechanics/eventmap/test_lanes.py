@@ -4,12 +4,19 @@ A finite `max_time` has the exact engine carry every motion alone: the oracle he
 """
 
 import itertools
+import platform
+import re
 
 import numpy as np
 import pytest
 from tests.mechanics.eventmap.unequal import pair
 
 import stickslip as ss
+from stickslip.mechanics.eventmap import _lane_trace_kernels
+from stickslip.mechanics.eventmap._lane_kernels import Carried
+from stickslip.mechanics.eventmap.lanes import new_lane_scratch
+from stickslip.mechanics.flow._lane_kernels import constants_of_row
+from stickslip.numerics.targets import config, kernel_uncached
 from stickslip.status import OK
 
 ALONE = {"max_time": 1e300}
@@ -135,6 +142,22 @@ def test_times_and_margins_are_told_without_slopes_too():
     told, alone = (f._backend.carry(d, slope=slope, watch=True) for slope in (True, False))
     for field in ("value", "duration", "n_events", "label", "margin", "status"):
         assert np.array_equal(getattr(told, field), getattr(alone, field)), field
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
+@pytest.mark.parametrize("name", ["return_margins", "release_margins", "landing_margins"])
+def test_margins_are_vector_code(name):
+    lanes = ss.event_map(model(**PAPER))._backend.lanes
+    carried = Carried(constants_of_row(lanes.row), lanes.pair, lanes.row)
+    told = kernel_uncached(getattr(_lane_trace_kernels, name).py_func)
+    told(carried, new_lane_scratch().streams, np.uint64(0))
+    (assembly,) = told.inspect_asm().values()
+    packed, scalar = (
+        len(re.findall(rf"\bv?(?:fn?m(?:add|sub)\w*|mul|add|sub){kind}\b", assembly))
+        for kind in ("pd", "sd")
+    )
+    assert packed > scalar + 50
 
 
 def test_what_is_told_does_not_depend_on_what_else_is_asked():

@@ -259,24 +259,12 @@ def turned_back(
     )
 
 
-@kernel(inline=True, fused=True)
-def end_of(
-    constants: CoulombConstants, pair: Pair | None, b: Floats, k: np.uint64
-) -> tuple[float, float, float, float]:
-    """Sum and difference of two blocks as one lands."""
-    of_sum, of_gap = shares(pair, -b[END_LANDS + k])
-    belt_sum, belt_gap = belt_modes(constants, pair)
-    w = b[NEXT_W + k]
-    return (
-        of_sum * w + belt_sum, b[END_SUM_PULL + k], of_gap * w + belt_gap, b[END_GAP_PULL + k],
-    )  # fmt: skip
-
-
-# Numbers of a lane while the times before a landing are gone through, in SPARE.
+# Numbers of the lanes while the times before their landings are gone through: all in SPARE, for
+# LLVM does not look whether places of several streams overlap in a loop as short as this.
 (
-    AT_SUM_W, AT_SUM_PULL, AT_GAP_W, AT_GAP_PULL, BACK, SINE, COSINE, GAP_SINE, GAP_COSINE, PIECES,
-    SLOPE, BEND, LOWEST, NEAREST,
-) = (SPARE + np.uint64(i * LANES) for i in (*range(11), 12, 14, 16))  # fmt: skip
+    LANDS, END_W, SUM_PULL, GAP_PULL, E_1, E_2, TIME, AT_SUM_W, AT_SUM_PULL, AT_GAP_W, AT_GAP_PULL,
+    BACK, SINE, COSINE, GAP_SINE, GAP_COSINE, PIECES, LEAST, MODES, SLOPE, BEND, LOWEST, NEAREST,
+) = (SPARE + np.uint64(i * LANES) for i in (*range(18), 18, 20, 22, 24, 26))  # fmt: skip
 # How near to the bottom of a lobe three steps have to come, in intervals.
 NEAR_BOTTOM = 1e-4
 # Intervals in the time in which the faster mode turns by 1: `watch_both` takes as many.
@@ -284,19 +272,28 @@ FINE = 4.0
 
 
 @kernel(inline=True, fused=True)
+def end_of(
+    constants: CoulombConstants, pair: Pair | None, b: Floats, i: np.uint64
+) -> tuple[float, float, float, float]:
+    """Sum and difference of two blocks as one lands."""
+    of_sum, of_gap = shares(pair, -b[LANDS + i])
+    belt_sum, belt_gap = belt_modes(constants, pair)
+    w = b[END_W + i]
+    return of_sum * w + belt_sum, b[SUM_PULL + i], of_gap * w + belt_gap, b[GAP_PULL + i]
+
+
+@kernel(inline=True, fused=True)
 def look_back(carried: Carried, b: Floats, base: np.uint64, block: int, piece: float) -> None:
     """Note where a block came nearest to the belt, if it turned back in this interval."""
     side = -1.0 if block == 0 else 1.0
     place = np.uint64(block * LANES)
-    modes = END_MODE_1 if block == 0 else END_MODE_2
     for lane in range(LANES):
         i = np.uint64(lane)
-        k = base + i
-        constants = constants_of(carried.common, carried.rows, b, k)
+        constants = constants_of(carried.common, carried.rows, b, base + i)
         f, f_1, f_2, _, _ = clearance(
             constants,
             carried.pair,
-            b[modes + k],
+            b[MODES + place + i],
             side,
             b[AT_SUM_W + i],
             b[AT_SUM_PULL + i],
@@ -311,7 +308,7 @@ def look_back(carried: Carried, b: Floats, base: np.uint64, block: int, piece: f
         b[NEAREST + place + i] = piece * b[BACK + i] - ahead if lower else b[NEAREST + place + i]
         hidden = hides_a_turn(f_1, later, f_2, b[BEND + place + i], b[BACK + i])
         hidden = hidden and piece > 0.0 and piece <= b[PIECES + i]
-        b[CLEARANCE + k] = UNTOLD if hidden else b[CLEARANCE + k]
+        b[LEAST + i] = UNTOLD if hidden else b[LEAST + i]
         b[SLOPE + place + i] = f_1
         b[BEND + place + i] = f_2
 
@@ -321,7 +318,7 @@ def bottom_step(
     constants: CoulombConstants,
     pair: Pair | None,
     b: Floats,
-    k: np.uint64,
+    i: np.uint64,
     mode: float,
     side: float,
     t: float,
@@ -329,7 +326,7 @@ def bottom_step(
     high: float,
 ) -> tuple[float, float, float, float, float]:
     """One step of Newton's method to the bottom of a lobe: (t, low, high, clearance, step)."""
-    sum_w, sum_pull, gap_w, gap_pull = end_of(constants, pair, b, k)
+    sum_w, sum_pull, gap_w, gap_pull = end_of(constants, pair, b, i)
     s, c = turned(t)
     z, u = turned(constants.beat * t)
     z = z * constants.beat * constants.narrow
@@ -347,17 +344,15 @@ def bottom_step(
 def nearest_clearance(carried: Carried, b: Floats, base: np.uint64, lane: int, block: int) -> float:
     """Clearance of the lobe that `look_back` found; infinite without one."""
     side = -1.0 if block == 0 else 1.0
-    place = np.uint64(block * LANES + lane)
-    k = base + np.uint64(lane)
-    constants, pair = constants_of(carried.common, carried.rows, b, k), carried.pair
-    mode = b[(END_MODE_1 if block == 0 else END_MODE_2) + k]
-    t, back = b[NEAREST + place], b[BACK + np.uint64(lane)]
+    i, place = np.uint64(lane), np.uint64(block * LANES + lane)
+    constants, pair = constants_of(carried.common, carried.rows, b, base + i), carried.pair
+    mode, t, back = b[MODES + place], b[NEAREST + place], b[BACK + i]
     low = back * (((t / back - 0.5) + ROUNDER) - ROUNDER)
     high = low + back
     # Written out: a loop inside one over lanes is left scalar.
-    t, low, high, _, _ = bottom_step(constants, pair, b, k, mode, side, t, low, high)
-    t, low, high, _, _ = bottom_step(constants, pair, b, k, mode, side, t, low, high)
-    _, _, _, least, step = bottom_step(constants, pair, b, k, mode, side, t, low, high)
+    t, low, high, _, _ = bottom_step(constants, pair, b, i, mode, side, t, low, high)
+    t, low, high, _, _ = bottom_step(constants, pair, b, i, mode, side, t, low, high)
+    _, _, _, least, step = bottom_step(constants, pair, b, i, mode, side, t, low, high)
     least = least if least > 0.0 else 0.0
     least = least if abs(step) < NEAR_BOTTOM * back else UNTOLD
     return least if b[LOWEST + place] < math.inf else math.inf
@@ -372,9 +367,57 @@ def add_nearest(carried: Carried, b: Floats, base: np.uint64, block: int) -> Non
         lobes += int(b[LOWEST + place + np.uint64(lane)] < math.inf)
     if lobes > 0:
         for lane in range(LANES):
-            k = base + np.uint64(lane)
-            lobe = nearest_clearance(carried, b, base, lane, block)
-            b[CLEARANCE + k] = smaller(b[CLEARANCE + k], lobe)
+            i = np.uint64(lane)
+            b[LEAST + i] = smaller(b[LEAST + i], nearest_clearance(carried, b, base, lane, block))
+
+
+@kernel(fused=True)
+def lay_out_landings(b: Floats, base: np.uint64, n: np.uint64) -> None:
+    """Gather what is known of some landings in SPARE; what pads a group took no time."""
+    for lane in range(LANES):
+        i = np.uint64(lane)
+        k = base + i
+        b[LANDS + i] = b[END_LANDS + k]
+        b[END_W + i] = b[NEXT_W + k]
+        b[SUM_PULL + i] = b[END_SUM_PULL + k]
+        b[GAP_PULL + i] = b[END_GAP_PULL + k]
+        b[E_1 + i] = b[NEXT_E1 + k]
+        b[E_2 + i] = b[NEXT_E2 + k]
+        b[TIME + i] = b[END_TIME + k] if k < n and b[NEXT_KIND + k] != UNDECIDED else 0.0
+        b[MODES + i] = b[END_MODE_1 + k]
+        b[MODES + STEP + i] = b[END_MODE_2 + k]
+
+
+@kernel(inline=True, fused=True)
+def begin_at_landings(carried: Carried, b: Floats, base: np.uint64) -> None:
+    """Clearances of landings, and all that leads back from them."""
+    for lane in range(LANES):
+        i = np.uint64(lane)
+        constants = constants_of(carried.common, carried.rows, b, base + i)
+        side = b[LANDS + i]
+        second = side > 0.0
+        sum_w, sum_pull, gap_w, gap_pull = end_of(constants, carried.pair, b, i)
+        force = b[E_2 + i] if second else b[E_1 + i]
+        limit = constants.limit_2 if second else constants.limit_1
+        of_sum, of_gap = shares(carried.pair, side)
+        rate = 0.5 * (of_sum * sum_pull + of_gap * gap_pull)
+        b[LEAST + i] = smaller(abs(limit - abs(force)), abs(rate))
+        pieces = 1.0 + ((FINE * b[TIME + i] * constants.beat + ROUNDER) - ROUNDER)
+        back = b[TIME + i] / pieces
+        s, c = turned(back)
+        z, u = turned(constants.beat * back)
+        b[AT_SUM_W + i] = sum_w
+        b[AT_SUM_PULL + i] = sum_pull
+        b[AT_GAP_W + i] = gap_w
+        b[AT_GAP_PULL + i] = gap_pull
+        b[BACK + i] = back
+        b[PIECES + i] = pieces
+        b[SINE + i] = s
+        b[COSINE + i] = c
+        b[GAP_SINE + i] = z * constants.beat * constants.narrow
+        b[GAP_COSINE + i] = u
+        b[LOWEST + i] = b[LOWEST + STEP + i] = math.inf
+        b[NEAREST + i] = b[NEAREST + STEP + i] = 0.0
 
 
 @kernel(fused=True)
@@ -383,39 +426,11 @@ def landing_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
     wide_vectors()
     base = ZERO
     while base < n:
+        lay_out_landings(b, base, n)
+        begin_at_landings(carried, b, base)
         longest = 1.0
         for lane in range(LANES):
-            i = np.uint64(lane)
-            k = base + i
-            constants = constants_of(carried.common, carried.rows, b, k)
-            side = b[END_LANDS + k]
-            second = side > 0.0
-            sum_w, sum_pull, gap_w, gap_pull = end_of(constants, carried.pair, b, k)
-            force = b[NEXT_E2 + k] if second else b[NEXT_E1 + k]
-            limit = constants.limit_2 if second else constants.limit_1
-            of_sum, of_gap = shares(carried.pair, side)
-            rate = 0.5 * (of_sum * sum_pull + of_gap * gap_pull)
-            b[CLEARANCE + k] = smaller(abs(limit - abs(force)), abs(rate))
-            # What pads a group has any time.
-            lands = k < n and b[NEXT_KIND + k] != UNDECIDED
-            t = b[END_TIME + k] if lands else 0.0
-            pieces = 1.0 + ((FINE * t * constants.beat + ROUNDER) - ROUNDER)
-            longest = pieces if pieces > longest else longest
-            back = t / pieces
-            s, c = turned(back)
-            z, u = turned(constants.beat * back)
-            b[AT_SUM_W + i] = sum_w
-            b[AT_SUM_PULL + i] = sum_pull
-            b[AT_GAP_W + i] = gap_w
-            b[AT_GAP_PULL + i] = gap_pull
-            b[BACK + i] = back
-            b[PIECES + i] = pieces
-            b[SINE + i] = s
-            b[COSINE + i] = c
-            b[GAP_SINE + i] = z * constants.beat * constants.narrow
-            b[GAP_COSINE + i] = u
-            b[LOWEST + i] = b[LOWEST + STEP + i] = math.inf
-            b[NEAREST + i] = b[NEAREST + STEP + i] = 0.0
+            longest = max(longest, b[PIECES + np.uint64(lane)])
         look_back(carried, b, base, 0, 0.0)
         look_back(carried, b, base, 1, 0.0)
         for piece in range(1, int(longest) + 1):
@@ -441,4 +456,6 @@ def landing_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
             look_back(carried, b, base, 1, float(piece))
         add_nearest(carried, b, base, 0)
         add_nearest(carried, b, base, 1)
+        for lane in range(LANES):
+            b[CLEARANCE + base + np.uint64(lane)] = b[LEAST + np.uint64(lane)]
         base += STEP
