@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import Any, Final, Literal, TypeAlias
@@ -179,14 +179,6 @@ def claim(
 ) -> Claim:
     """Make a claim that something decides."""
     return Claim(key, figure, place, statement, findings, values, mechanism, note)
-
-
-def claims_by_figure(
-    made: Mapping[int, Callable[[], Iterable[Claim]]], figures: Iterable[int] | None
-) -> tuple[Claim, ...]:
-    """Make the claims that belong to some figures, all by default, given what makes them."""
-    wanted = made if figures is None else [number for number in made if number in set(figures)]
-    return tuple(claim for number in wanted for claim in made[number]())
 
 
 def _in_words(value: Value) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -19,17 +19,12 @@ from stickslip.studies.bowed_string.string import (
     smallest,
     stepped,
 )
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 LIMITS: Final = "Schelleng's limits as derived in euphonics.org, section 9.3.1"
 HERE: Final = "computed here; docs/studies/bowed_string.md"
 STEPS: Final = (225, 900)
 """Steps a period; the first is 44.1 kHz at a violin's open G."""
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _limits, 2: _cycle, 3: _pitch}, figures)
 
 
 def _limits() -> Iterator[Claim]:
@@ -134,3 +129,6 @@ def _pitch() -> Iterator[Claim]:
             abs(spread[coarse] - PERIOD / coarse) < 1e-9 and off[fine] < off[coarse],
         ),
     )
+
+
+CLAIMS: Final = {1: _limits, 2: _cycle, 3: _pitch}

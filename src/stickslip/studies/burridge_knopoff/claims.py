@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -20,7 +20,7 @@ from stickslip.studies.burridge_knopoff.facts import (
     lone_moment,
 )
 from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 ACCEPTED: Final = 0.1  # least p-value of a fit that is not ruled out, as the source of the method
 DECISIVE: Final = 2.0  # standard errors
@@ -28,11 +28,6 @@ BALANCED: Final = 1e-10  # relative, of sums of moments
 CLOSE: Final = 1e-9  # relative, between the chain's lone slips and Runge and Kutta's
 WATCHED: Final = 5.0  # time over which energy is accounted for
 UNREAD: Final = "Of the source only the first page was read: no number of it is compared."
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _motion, 2: _sizes, 3: _drive}, figures)
 
 
 def _motion() -> Iterator[Claim]:
@@ -182,3 +177,6 @@ def _exponent(law: PowerLaw, V: float) -> Value:
         2,
         "maximum likelihood (Clauset et al. 2009)",
     )
+
+
+CLAIMS: Final = {1: _motion, 2: _sizes, 3: _drive}

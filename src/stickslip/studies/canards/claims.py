@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -30,7 +30,7 @@ from stickslip.studies.canards.block import (
     touching,
     unseen,
 )
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 NOT_READ: Final = "source not read; its abstract's phenomenon, parameters chosen here"
 HERE: Final = "computed here; docs/studies/canards.md"
@@ -43,11 +43,6 @@ WAITED: Final = 0.5
 TOLERANCES: Final = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 STEP: Final = 0.01
 ROUNDINGS: Final = 4.0 * 2.0**-52
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _branches, 2: _touch, 3: _smooth}, figures)
 
 
 def off(motion: Motion) -> float:
@@ -255,3 +250,6 @@ def _told(left: list[float]) -> str:
 def _shift(canard: SmoothCanard) -> float:
     """How far the edge lies from the exact one."""
     return canard.x - (1.0 - canard.force)
+
+
+CLAIMS: Final = {1: _branches, 2: _touch, 3: _smooth}

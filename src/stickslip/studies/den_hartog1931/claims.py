@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -15,7 +15,7 @@ from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.contact import Harmonic
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
     one_harmonic,
@@ -74,11 +74,6 @@ def boundaries() -> tuple[Boundary, ...]:
         change = max(branch.bifurcations, key=lambda item: item.value)
         found.append(Boundary(frequency, change.value, change.error, change.kind))
     return tuple(found)
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _amplitude, 2: _boundary, 3: _stopping}, figures)
 
 
 def _amplitude() -> Iterator[Claim]:
@@ -180,3 +175,6 @@ def _one_harmonic() -> Iterator[Claim]:
 def _largest(frequency: float, forcing: float, figure: int) -> Value:
     name = f"amplitude at frequency {frequency:g}, a/f = {forcing:g}"
     return Value(name, largest(steady(frequency, forcing)), 1e-13, figure, "event by event")
+
+
+CLAIMS: Final = {1: _amplitude, 2: _boundary, 3: _stopping}

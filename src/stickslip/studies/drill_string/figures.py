@@ -99,7 +99,7 @@ def draw_smooth(figure: Figure) -> str:
     runs = smooth_motions()[1][1:]
     axes = figure.subplots(1, 3, sharey=True)
     for ax, run, letter in zip(axes, runs, "abc", strict=True):
-        ax.plot(run.motion.t, run.motion.v[:, 2], color=PALETTE["blue"], lw=0.4)
+        ax.plot(run.t, run.v[:, 2], color=PALETTE["blue"], lw=0.4)
         ax.set_xlim(0.0, LONG)
         ax.set_xlabel("time")
         panel_letter(ax, letter)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from typing import Final
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.mechanics.cycle.return_region import ReturnRegion, return_region
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 RANGE: Final = (0.0366, 0.5)  # from the paper's own speed on
 VALUES: Final = 41
@@ -22,11 +22,6 @@ PLACE: Final = "computed here; nothing is printed to compare with"
 def region() -> ReturnRegion:
     """Find the gaps of the event map, and the cycles that attract from them."""
     return return_region(examples.coulomb(), "V", RANGE, n_values=VALUES, n_points=POINTS)
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _gaps, 2: _cycles}, figures)
 
 
 def _gaps() -> Iterator[Claim]:
@@ -84,3 +79,6 @@ def _cycles() -> Iterator[Claim]:
             for number, start in enumerate(starts, start=1)
         ),
     )
+
+
+CLAIMS: Final = {1: _gaps, 2: _cycles}

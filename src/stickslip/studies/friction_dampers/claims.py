@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.friction_dampers.dampers import (
     BEST,
     BLADE,
@@ -48,11 +48,6 @@ STARTS: Final = 12
 LOWER: Final = 0.5  # of the static limit: friction in motion
 HELD: Final = 2.0  # static limit with it
 BOTH: Final = 1.15  # frequency at which it both holds and slips
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _one, 2: _best, 3: _blade, 4: _two}, figures)
 
 
 def slipping(load: float, n: int) -> tuple[float, ...]:
@@ -223,3 +218,6 @@ def _two() -> Iterator[Claim]:
         ),
         note=f"Friction in motion {LOWER:g} of the static limit {HELD:g}.",
     )
+
+
+CLAIMS: Final = {1: _one, 2: _best, 3: _blade, 4: _two}

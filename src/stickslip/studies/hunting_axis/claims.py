@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from typing import Final
 
@@ -15,7 +15,7 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.contact import Contact, Harmonic
 from stickslip.mechanics.model.structure import Structure
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.hunting_axis.axis import (
     DERIVATIVE,
     GAIN,
@@ -40,11 +40,6 @@ LIMIT: Final = float(PROPORTIONAL * DERIVATIVE)
 STIFF: Final = (1e2, 1e3, 1e4, 1e5)
 PUSH: Final = (0.6, 0.3)
 PUSHES: Final = 50
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _map, 2: _gains, 3: _bristles}, figures)
 
 
 @cache
@@ -210,3 +205,6 @@ def _bristles() -> Iterator[Claim]:
         ),
         note="Beside them, bristles bend by the force over their stiffness, 1e-3 and 1e-4 at most.",
     )
+
+
+CLAIMS: Final = {1: _map, 2: _gains, 3: _bristles}

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.mode_coupling.squeal import (
     LAWS,
+    LONG,
     MODEL,
+    RATIOS,
     SPEED,
     amplitude,
+    amplitude_left,
     cycles,
     flutter,
     flutter_frequency,
@@ -32,11 +35,6 @@ CLOSE: Final = 1e-12  # relative, of thresholds
 TOUCHED: Final = 1e-9  # where a branch ends because a stick has no length
 SAME: Final = 1e-10  # relative, of what does not depend on the speed
 KICKS: Final = (0.5, 0.55, 0.6, 0.65, 0.7)
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _branch, 2: _kicks, 3: _laws, 4: _smooth}, figures)
 
 
 def _branch() -> Iterator[Claim]:
@@ -195,11 +193,11 @@ def _laws() -> Iterator[Claim]:
 def _smooth() -> Iterator[Claim]:
     orbit, runs = smooth_motions()
     exact, period = amplitude(orbit), motion(orbit).t[-1]
-    errors = [run.amplitude / exact - 1.0 for run in runs]
+    errors = [amplitude_left(run) / exact - 1.0 for run in runs]
     told = "; ".join(
-        f"V / width {run.ratio:g}: amplitude off by {error:+.1%}, "
-        f"{run.motion.evaluations * period / run.motion.t[-1]:.0f} evaluations a period"
-        for run, error in zip(runs, errors, strict=True)
+        f"V / width {ratio:g}: amplitude off by {error:+.1%}, "
+        f"{run.evaluations * period / LONG:.0f} evaluations a period"
+        for ratio, run, error in zip(RATIOS, runs, errors, strict=True)
     )
     events = len(motion(orbit).events)
     yield claim(
@@ -220,3 +218,6 @@ def _smooth() -> Iterator[Claim]:
         ),
         note="LSODA, relative tolerance 1e-6, from a state of the exact cycle, 300 time units.",
     )
+
+
+CLAIMS: Final = {1: _branch, 2: _kicks, 3: _laws, 4: _smooth}

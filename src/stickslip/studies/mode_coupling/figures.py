@@ -13,6 +13,7 @@ from stickslip.studies.mode_coupling.squeal import (
     LAWS,
     LONG,
     MODEL,
+    RATIOS,
     SPEED,
     amplitudes,
     cycles,
@@ -134,17 +135,17 @@ def draw_smooth(figure: Figure) -> str:
     exact = motion(orbit)
     y = exact.x(np.linspace(0.0, exact.t[-1], 257))[:, 1] / SPEED
     middle = 0.5 * (y.min() + y.max())
-    for ax, run, letter in zip(axes, runs[:3], "abc", strict=True):
+    for ax, run, ratio, letter in zip(axes, runs[:3], RATIOS[:3], "abc", strict=True):
         ax.axhspan(y.min() - middle, y.max() - middle, color=PALETTE["light"], lw=0)
-        ax.plot(run.motion.t, run.motion.x[:, 1] / SPEED - middle, color=PALETTE["blue"], lw=0.4)
+        ax.plot(run.t, run.x[:, 1] / SPEED - middle, color=PALETTE["blue"], lw=0.4)
         ax.set_xlim(0.0, LONG)
         ax.set_xlabel("time")
         panel_letter(ax, letter)
         place = {"ha": "right", "va": "top", "transform": ax.transAxes}
-        ax.text(0.97, 0.95, rf"$V/\varepsilon={run.ratio:g}$", **place)
+        ax.text(0.97, 0.95, rf"$V/\varepsilon={ratio:g}$", **place)
     axes[0].set_ylim(-12.0, 13.5)
     axes[0].set_ylabel("$y / V$, from its middle")
-    load, told = ABOVE * cycles().onset.value, ", ".join(f"{run.ratio:g}" for run in runs[:3])
+    load, told = ABOVE * cycles().onset.value, ", ".join(f"{ratio:g}" for ratio in RATIOS[:3])
     return (
         f"Friction -L tanh(w / eps) with V / eps = {told}, from a state of the exact cycle, whose "
         f"range is grey; load {load:.6f}, 1 % above the onset. The widest law lets it die out."

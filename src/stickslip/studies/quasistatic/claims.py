@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -17,7 +17,7 @@ from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 MU: Final = 0.8  # kinetic over static friction; of no consequence, see docs/theory/quasistatic.md
 SPEEDS: Final = 4e-5 * np.array([1.0, 0.75, 0.5, 0.25])
@@ -91,11 +91,6 @@ def plane() -> Plane:
     return Plane(alpha, beta, np.moveaxis(found, -1, 0))
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _limit, 2: _plane}, figures)
-
-
 def _limit() -> Iterator[Claim]:
     found = limit()
     worst = float(np.abs(found.exact - found.extrapolated).max())
@@ -162,3 +157,6 @@ def _plane() -> Iterator[Claim]:
             Value("largest exponent", float(found.exponents.max()), 0.03, 2, "mean of log |f'|"),
         ),
     )
+
+
+CLAIMS: Final = {1: _limit, 2: _plane}

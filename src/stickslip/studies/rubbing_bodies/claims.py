@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.rubbing_bodies.bodies import (
     CREPT,
     HELD,
@@ -40,11 +40,6 @@ CLOSE: Final = 1e-12
 STACKS: Final = 60
 MIDDLES: Final = tuple(np.linspace(0.05, 0.95, 18).tolist())
 STEPS: Final = (1e-1, 1e-2, 1e-3)
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _stacks, 2: _walled, 3: _clutch, 4: _train}, figures)
 
 
 def _stacks() -> Iterator[Claim]:
@@ -103,7 +98,7 @@ def _walled() -> Iterator[Claim]:
     weight = HELD * mechanism(WALLED.contacts[2].static)[0]
     rest = simulate(WALLED.replace(force=[weight, 0.0]), np.zeros(2), np.zeros(2), t_end=CREPT)
     runs = creeping()
-    speeds = [float(run.v[-1, 0]) / creep_speed(width) for width, run in runs]
+    speeds = [float(run.v[-1, 0]) / creep_speed(run.width) for run in runs]
     yield claim(
         "rubbing.creep",
         2,
@@ -116,7 +111,7 @@ def _walled() -> Iterator[Claim]:
         ),
         Finding(
             "smooth ones creep, at a speed in closed form in proportion to the width",
-            "; ".join(f"width {width:g}: by {run.x[-1, 0]:.2g}" for width, run in runs)
+            "; ".join(f"width {run.width:g}: by {run.x[-1, 0]:.2g}" for run in runs)
             + f"; speeds differ from the formula by {max(abs(s - 1.0) for s in speeds):.0e}",
             all(abs(s - 1.0) < 1e-3 for s in speeds),
         ),
@@ -143,8 +138,8 @@ def _clutch() -> Iterator[Claim]:
         ),
     )
     runs = smooth_clutches()
-    slips = [float(each.v[-1, 0] - each.v[-1, 1]) for _, each in runs]
-    off = [abs(s / CLUTCH.slip(width) - 1.0) for s, (width, _) in zip(slips, runs, strict=True)]
+    slips = [float(each.v[-1, 0] - each.v[-1, 1]) for each in runs]
+    off = [abs(s / CLUTCH.slip(each.width) - 1.0) for s, each in zip(slips, runs, strict=True)]
     yield claim(
         "rubbing.slipping",
         3,
@@ -158,8 +153,8 @@ def _clutch() -> Iterator[Claim]:
         Finding(
             "the smooth one keeps a slip of width times artanh(torque / capacity), and heats",
             "; ".join(
-                f"width {width:g}: slip {s:.3g}, power lost {s * CLUTCH.carried:.2g}"
-                for s, (width, _) in zip(slips, runs, strict=True)
+                f"width {each.width:g}: slip {s:.3g}, power lost {s * CLUTCH.carried:.2g}"
+                for s, each in zip(slips, runs, strict=True)
             ),
             max(off) < 1e-3,
         ),
@@ -243,3 +238,6 @@ def _train() -> Iterator[Claim]:
         note="It seems that a step which ends a little after equal speeds locked bodies that turn "
         "at different ones.",
     )
+
+
+CLAIMS: Final = {1: _stacks, 2: _walled, 3: _clutch, 4: _train}

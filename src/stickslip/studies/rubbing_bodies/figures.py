@@ -69,8 +69,8 @@ def draw_walled(figure: Figure) -> str:
     left.set_ylim(0.55, 1.12)
     left.set_xlabel("friction between the sliders")
     left.set_ylabel("force at which something moves")
-    for (width, run), name in zip(creeping(), COLOURS, strict=False):
-        label = rf"$\varepsilon={width:g}$"
+    for run, name in zip(creeping(), COLOURS, strict=False):
+        label = rf"$\varepsilon={run.width:g}$"
         right.semilogy(run.t[1:], run.x[1:, 0], color=PALETTE[name], label=label)
     right.set_xlim(0.0, run.t[-1])
     right.set_ylim(1e-5, 1e3)
@@ -90,10 +90,10 @@ def draw_walled(figure: Figure) -> str:
 def draw_clutch(figure: Figure) -> str:
     """Draw the slip of a clutch over time: exact, and with smooth friction."""
     ax = figure.add_subplot()
-    for (width, run), name in zip(smooth_clutches(), COLOURS, strict=False):
-        label = rf"$\varepsilon={width:g}$"
+    for run, name in zip(smooth_clutches(), COLOURS, strict=False):
+        label = rf"$\varepsilon={run.width:g}$"
         ax.semilogy(run.t, run.v[:, 0] - run.v[:, 1], color=PALETTE[name], label=label)
-        ax.axhline(CLUTCH.slip(width), color=PALETTE["grey"], lw=0.6, ls=DASHED)
+        ax.axhline(CLUTCH.slip(run.width), color=PALETTE["grey"], lw=0.6, ls=DASHED)
     before = CLUTCH.lock * (1.0 - np.geomspace(1e-6, 1.0, 400)[::-1])
     t = np.append(before, [CLUTCH.lock, WATCHED])
     slip = -np.diff(CLUTCH.motion(WATCHED).v(t))[:, 0]

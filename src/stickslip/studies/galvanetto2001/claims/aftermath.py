@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -50,12 +49,6 @@ def _predicted(V: float) -> Outcome:
     """Predict what follows when S4, left of the jump, rises on to it as V grows."""
     f = event_map(examples.coulomb(V=V))
     return predicted_at_jump(f, jump_of_s4(f), side=-1, direction=1, period=4)
-
-
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 6 and 10."""
-    yield _non_periodic(facts)
-    yield _same_basin(facts)
 
 
 def _non_periodic(facts: Facts) -> Claim:
@@ -124,3 +117,6 @@ def _same_basin(facts: Facts) -> Claim:
             min(rest) > 1.0 - 1e-9,
         ),
     )
+
+
+CLAIMS: Final = (_non_periodic, _same_basin)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -75,17 +74,6 @@ def _off_diagonal(alpha: float) -> float:
     cusp = cusp_of(f).d
     x = np.linspace(cusp, float(f(cusp)), 401)
     return float(np.abs(f.power(2)(x) - x).max() / (x[-1] - x[0]))
-
-
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 11, 13 and 14."""
-    yield _on_the_diagonal(facts)
-    yield _indistinguishable(facts)
-    yield _period_two(facts)
-    yield _chaos_is_born(facts)
-    yield _lifetime(facts)
-    yield _bands(facts)
-    yield _embedded(facts)
 
 
 def _on_the_diagonal(facts: Facts) -> Claim:
@@ -271,3 +259,14 @@ def _embedded(facts: Facts) -> Claim:
             all(inside.values()),
         ),
     )
+
+
+CLAIMS: Final = (
+    _on_the_diagonal,
+    _indistinguishable,
+    _period_two,
+    _chaos_is_born,
+    _lifetime,
+    _bands,
+    _embedded,
+)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -108,16 +107,6 @@ def facts() -> Facts:
 def _fixed_points(V: float) -> Floats:
     found = periodic_orbits(examples.coulomb(V=V))
     return np.array([(orbit.points[0], orbit.multiplier) for orbit in found])
-
-
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 4, 8 and 10."""
-    yield _steady_motions(facts)
-    yield _meets_the_line(facts)
-    yield _sudden(facts)
-    yield _fold(facts)
-    yield _multiplier(facts)
-    yield _discontinuous(facts)
 
 
 def _steady_motions(facts: Facts) -> Claim:
@@ -280,3 +269,6 @@ def _discontinuous(facts: Facts) -> Claim:
             last < 1.0 and bool(before.u4.size),
         ),
     )
+
+
+CLAIMS: Final = (_steady_motions, _meets_the_line, _sudden, _fold, _multiplier, _discontinuous)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -85,19 +84,6 @@ def _difference_quotient(f: EventMap, d: float) -> float:
     longest = 2.0 * (1.0 + f.model.beta) / f.model.V
     ends = [simulate(f.model, d=start, t_end=5 * longest).d[4] for start in (d - STEP, d + STEP)]
     return float(ends[1] - ends[0]) / (2.0 * STEP)
-
-
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 5, 9 and 10."""
-    yield _two_attractors(facts)
-    yield _unstable_orbits(facts)
-    yield _near_the_jump(facts)
-    yield _multiplier(facts)
-    yield _basins(facts)
-    yield _no_separatrix(facts)
-    yield _u4(facts)
-    yield _in_the_basin(facts)
-    yield _transients(facts)
 
 
 def _two_attractors(facts: Facts) -> Claim:
@@ -295,3 +281,16 @@ def _transients(facts: Facts) -> Claim:
             one_sided and jumped > 10.0 * abs(float(left[1] - left[0])),
         ),
     )
+
+
+CLAIMS: Final = (
+    _two_attractors,
+    _unstable_orbits,
+    _near_the_jump,
+    _multiplier,
+    _basins,
+    _no_separatrix,
+    _u4,
+    _in_the_basin,
+    _transients,
+)

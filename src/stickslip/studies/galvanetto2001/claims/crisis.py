@@ -152,16 +152,6 @@ def _cascade(fold: float) -> Iterator[Doubling]:
         alpha, last = found.value + 0.3 * (found.value - last) / FEIGENBAUM, found.value
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 11, 14 and 15."""
-    yield _lobe_approaches(facts)
-    yield _fold(facts)
-    yield _collision(facts)
-    yield _boundary(facts)
-    yield _afterwards(facts)
-    yield _doublings(facts)
-
-
 def _lobe_approaches(facts: Facts) -> Claim:
     listing = ", ".join(f"{one.lowest:.3e} (alpha = {one.alpha})" for one in facts.lobes)
     flat = ", ".join(f"{one.flat:.5f}" for one in facts.lobes)
@@ -300,3 +290,6 @@ def _doublings(facts: Facts) -> Claim:
         values=tuple(values),
         note=f"With Feigenbaum's ratio {FEIGENBAUM:.6f} they accumulate near alpha = {end:.7f}.",
     )
+
+
+CLAIMS: Final = (_lobe_approaches, _fold, _collision, _boundary, _afterwards, _doublings)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -84,16 +83,6 @@ def _transient(d: float) -> Transient:
     touch = next(e for e in motion.events if e.block == BLOCK and e.kind == "stick")
     x1, x2 = motion.x(touch.time)
     return Transient(d, touch.time, float(x2 + model.alpha * (x2 - x1)))
-
-
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 11, 12 and 17."""
-    yield _several(facts)
-    yield _p1(facts)
-    yield _cusps(facts)
-    yield _transients(facts)
-    yield _tangent(facts)
-    yield _only_end_points(facts)
 
 
 def _several(facts: Facts) -> Claim:
@@ -231,3 +220,6 @@ def _only_end_points(facts: Facts) -> Claim:
         ),
         mechanism="F(0) is the static limit: a touch without acceleration needs the full force",
     )
+
+
+CLAIMS: Final = (_several, _p1, _cusps, _transients, _tangent, _only_end_points)

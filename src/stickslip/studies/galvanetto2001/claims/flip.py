@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -43,13 +42,6 @@ def facts() -> Facts:
         coefficient=flip_coefficient(in_window(at), moment(at).p1.points),
         numbers=numbers,
     )
-
-
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figure 11 around the flip of P1."""
-    yield _p1(facts)
-    yield _flip(facts)
-    yield _approach(facts)
 
 
 def _p1(facts: Facts) -> Claim:
@@ -111,3 +103,6 @@ def _approach(facts: Facts) -> Claim:
         "As alpha grows, A approaches P1",
         Finding("its distance from P1 falls", listing, all(a > b for a, b in pairwise(apart))),
     )
+
+
+CLAIMS: Final = (_p1, _flip, _approach)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -111,17 +110,6 @@ def _figure(f: WindowMap) -> tuple[float, float, float]:
     u1 = fixed[fixed < cusp].max()
     p1 = fixed[fixed > cusp].min()
     return float(u1), cusp, float(p1)
-
-
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 11, 13 and 16."""
-    yield _p1_ends(facts)
-    yield _together(facts)
-    yield _figure_16(facts)
-    yield _finite_slopes(facts)
-    yield _outcomes(facts)
-    yield _local_shape(facts)
-    yield _folding(facts)
 
 
 def _participants(cusp: Cusp) -> dict[str, PeriodicOrbit]:
@@ -324,3 +312,6 @@ def _folding(facts: Facts) -> Claim:
         ),
         note="The folding back is that of the two branches at the cusp themselves.",
     )
+
+
+CLAIMS: Final = (_p1_ends, _together, _figure_16, _finite_slopes, _outcomes, _local_shape, _folding)
