@@ -56,8 +56,8 @@ def draw_boundary(figure: Figure) -> str:
     ratio = np.array([1.0 / stop_boundary(w) for w in frequency.tolist()])
     ax.fill_between(frequency, ratio, color=PALETTE["light"], lw=0)
     ax.plot(frequency, ratio, color=PALETTE["black"])
-    for item in boundaries():
-        ax.plot(item.frequency, 1.0 / item.forcing, "o", color=PALETTE["vermillion"], mfc="white")
+    for at, change in boundaries().items():
+        ax.plot(at, 1.0 / change.value, "o", color=PALETTE["vermillion"], mfc="white")
     ax.text(1.25, 0.3, "no stops", ha="center")
     ax.text(1.6, 0.8, "stops", ha="center")
     ax.set_xlim(frequency[0], frequency[-1])
