@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from stickslip.studies.claim import Claim, Value
@@ -36,7 +36,12 @@ class Source:
     def claims(self, figures: tuple[int, ...]) -> tuple[Claim, ...]:
         """Check the claims that belong to some figures."""
         made = _module(f"{self.package}.claims").CLAIMS
-        return tuple(claim for number in figures if number in made for claim in made[number]())
+        return tuple(
+            replace(claim, figure=number)
+            for number in figures
+            if number in made
+            for claim in made[number]()
+        )
 
     def values(self, figures: tuple[int, ...], claims: tuple[Claim, ...]) -> tuple[Value, ...]:
         """Numbers that belong to some figures, given the claims."""

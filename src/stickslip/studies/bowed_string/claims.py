@@ -35,7 +35,6 @@ def _limits() -> Iterator[Claim]:
     above = [s for s in kept if s.force > largest(s.place)]
     yield claim(
         "bowed.maximum",
-        1,
         LIMITS,
         "Above 2 Z V / (beta (mu_s - mu_d)) Helmholtz motion breaks down",
         Finding(
@@ -51,7 +50,6 @@ def _limits() -> Iterator[Claim]:
     weak = [s for s in found if s.force < 1.5 * smallest(s.place)]
     yield claim(
         "bowed.minimum",
-        1,
         LIMITS,
         "Below Z^2 V / (2 R beta^2 (mu_s - mu_d)) it does so, too",
         Finding(
@@ -75,7 +73,6 @@ def _cycle() -> Iterator[Claim]:
     slips = [_slip(each.events, each.period) for each in orbits]
     yield claim(
         "bowed.cycle",
-        2,
         HERE,
         "Helmholtz motion is a cycle of two events that attracts",
         Finding(
@@ -113,7 +110,6 @@ def _pitch() -> Iterator[Claim]:
     coarse, fine = STEPS
     yield claim(
         "bowed.pitch",
-        3,
         HERE,
         "The pitch flattens as the bow presses harder, by a few cents",
         Finding(

@@ -35,7 +35,6 @@ def _motion() -> Iterator[Claim]:
     counts, waits = np.unique(found.count).size, np.diff([slip.start for slip in found.slips])
     yield claim(
         "burridge_knopoff.noisy",
-        1,
         "Carlson and Langer (1989), abstract",
         "A uniform chain without randomness makes noisy sequences of slips of all sizes",
         Finding(
@@ -58,7 +57,6 @@ def _motion() -> Iterator[Claim]:
     drift = float(np.ptp(balance) / np.abs(balance).max())
     yield claim(
         "burridge_knopoff.balance",
-        1,
         "docs/theory/blocks.md",
         "Slips bring the blocks back as far as the belt takes them forward",
         Finding(
@@ -80,7 +78,6 @@ def _sizes() -> Iterator[Claim]:
     law = fitted(STIFF, SPEEDS[0])
     yield claim(
         "burridge_knopoff.power_law",
-        2,
         "Carlson and Langer (1989), abstract",
         "Sizes are distributed consistently with the law of Gutenberg and Richter",
         Finding(
@@ -105,7 +102,6 @@ def _sizes() -> Iterator[Claim]:
     soft = fit_power_law(local, np.random.default_rng(SEED), smallest=float(np.median(local)))
     yield claim(
         "burridge_knopoff.equal_springs",
-        2,
         "De Sousa Vieira (1996), abstract",
         "With springs of equal stiffness sizes are distributed exponentially",
         Finding(
@@ -125,7 +121,6 @@ def _drive() -> Iterator[Claim]:
     away = abs(laws[0].exponent - laws[1].exponent) / np.hypot(laws[0].error, laws[1].error)
     yield claim(
         "burridge_knopoff.drive",
-        3,
         "docs/studies/burridge_knopoff.md",
         "Sizes do not depend on how slowly the belt moves; overlaps do",
         Finding(
@@ -151,7 +146,6 @@ def _drive() -> Iterator[Claim]:
     excess = [e / limit - 1.0 for e in expected]
     yield claim(
         "burridge_knopoff.lone",
-        3,
         "docs/studies/burridge_knopoff.md",
         "A block that slips alone always does so by as much, which has a limit V -> 0",
         Finding(

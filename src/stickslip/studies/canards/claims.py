@@ -64,7 +64,6 @@ def _branches() -> Iterator[Claim]:
     errors = [off(regular(slip)) for slip in SLIPS]
     yield claim(
         "canards.onset",
-        1,
         HERE,
         "A block that friction holds can be kept in motion from a force on that has a closed form",
         Finding(
@@ -91,7 +90,6 @@ def _branches() -> Iterator[Claim]:
     steep = float(np.abs(end.multipliers).max())
     yield claim(
         "canards.end",
-        1,
         NOT_READ,
         "The branch of unstable motions ends where the needed force only just touches the limit",
         Finding(
@@ -129,7 +127,6 @@ def _touch() -> Iterator[Claim]:
     x = np.abs(run.x(np.linspace(39.0 * PERIOD, 40.0 * PERIOD, 20_001))).max()
     yield claim(
         "canards.touch",
-        2,
         NOT_READ,
         "Where the needed force touches its limit, what follows is not unique",
         Finding(
@@ -157,7 +154,6 @@ def _touch() -> Iterator[Claim]:
     slips = bool(from_rest(0.9 * missed).events)
     yield claim(
         "canards.steps",
-        2,
         HERE,
         "Fixed steps do not see a limit that is passed for less than a step",
         Finding(
@@ -175,7 +171,6 @@ def _touch() -> Iterator[Claim]:
     held = [motion.force + motion.x - 1.0 for motion in waits]
     yield claim(
         "canards.family",
-        2,
         HERE,
         "Waits beyond a touch make a family of motions from the branch's end to rest",
         Finding(
@@ -207,7 +202,6 @@ def _smooth() -> Iterator[Claim]:
     ratios = np.divide(errors[:-1], errors[1:])
     yield claim(
         "canards.smooth",
-        3,
         NOT_READ,
         "With smooth friction the family exists, and connects what it connects",
         Finding(
@@ -222,7 +216,6 @@ def _smooth() -> Iterator[Claim]:
     left = [smooth_leaving(chosen, rtol) for rtol in TOLERANCES]
     yield claim(
         "canards.forward",
-        3,
         HERE,
         "No integration forward in time can show it: what is seen is the tolerance",
         Finding(

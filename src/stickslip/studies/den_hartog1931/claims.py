@@ -74,7 +74,6 @@ def _amplitude() -> Iterator[Claim]:
     apart = [abs(largest(steady(*pair)) - expected[pair]) for pair in pairs]
     yield claim(
         "den_hartog.amplitude",
-        1,
         NOT_READ,
         "Without stops the amplitude is the square root of (a V)^2 - (f U)^2",
         Finding(
@@ -92,7 +91,6 @@ def _boundary() -> Iterator[Claim]:
     kinds = ", ".join(f"{change.kind} at frequency {at:g}" for at, change in found.items())
     yield claim(
         "den_hartog.boundary",
-        2,
         NOT_READ,
         "Motions begin to stop where (f/a)^2 = V^2 / (U^2 + S^2)",
         Finding(
@@ -119,7 +117,6 @@ def _stopping() -> Iterator[Claim]:
     found, expected = largest(steady(*ONE_STOP)), one_stop_amplitude(*ONE_STOP)
     yield claim(
         "den_hartog.stops",
-        3,
         NOT_READ,
         "With weaker forcing the block stops once, or twice, in each half period",
         Finding(
@@ -142,7 +139,6 @@ def _stopping() -> Iterator[Claim]:
     )
     yield claim(
         "den_hartog.one_harmonic",
-        3,
         "the usual tool, beside",
         "Balance of one harmonic misjudges amplitudes, and knows no stops",
         Finding("it is off by more than a tenth", told, min(map(abs, apart)) > 0.1),

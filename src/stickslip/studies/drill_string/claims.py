@@ -52,7 +52,6 @@ def _branches() -> Iterator[Claim]:
     ]
     yield claim(
         "drill_string.hopf",
-        1,
         NOT_READ,
         "Steady rotation loses its stability as the drive is turned down",
         Finding(
@@ -72,7 +71,6 @@ def _branches() -> Iterator[Claim]:
     sizes = [abs(each.largest_multiplier) for each in never]
     yield claim(
         "drill_string.hysteresis",
-        1,
         NOT_READ,
         "Stick-slip goes on far above the drive at which rotation became stable",
         Finding(
@@ -116,7 +114,6 @@ def _both() -> Iterator[Claim]:
     sticks = [run.events[-1].time > 0.9 * LONG if run.events else False for run in runs]
     yield claim(
         "drill_string.both",
-        2,
         HERE,
         "In between a jolt decides whether the string turns or sticks and slips",
         Finding(
@@ -138,7 +135,6 @@ def _smooth() -> Iterator[Claim]:
     )
     yield claim(
         "drill_string.smooth",
-        3,
         HERE,
         "Friction made smooth ends stick-slip too early",
         Finding(
@@ -163,7 +159,6 @@ def _long() -> Iterator[Claim]:
     slow = [abs(each[-1].largest_multiplier) for each in (cycles, reduced)]
     yield claim(
         "drill_string.long",
-        4,
         HERE,
         f"A string of {ELEMENTS} elements does the same, and two discs tell it roughly",
         Finding(

@@ -30,7 +30,6 @@ def _gaps() -> Iterator[Claim]:
     slow = found.lost[found.values < 0.3]
     yield claim(
         "fast.gaps",
-        1,
         PLACE,
         "On faster belts the event map has gaps: motions that never stick together",
         Finding(
@@ -60,7 +59,6 @@ def _cycles() -> Iterator[Claim]:
     opened = found.values[np.flatnonzero(found.lost)[0]]
     yield claim(
         "fast.cycles",
-        2,
         PLACE,
         "Gaps open where a cycle without global stick begins to attract",
         Finding(

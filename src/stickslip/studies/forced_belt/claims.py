@@ -81,7 +81,6 @@ def _locked() -> Iterator[Claim]:
     value, error = exponent(NEUTRAL)
     yield claim(
         "forced.locked",
-        1,
         NOT_READ,
         "Shaken stick-slip can lock to the forcing, or drift against it",
         Finding(
@@ -103,7 +102,6 @@ def _chaotic() -> Iterator[Claim]:
     value, error = exponent(CHAOTIC)
     yield claim(
         "forced.chaotic",
-        2,
         NOT_READ,
         "Shaken stick-slip can be chaotic",
         Finding(

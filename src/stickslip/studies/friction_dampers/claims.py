@@ -76,7 +76,6 @@ def _one() -> Iterator[Claim]:
     amplitude, heat, balanced = errors_of_one()
     yield claim(
         "dampers.closed_form",
-        1,
         HERE,
         "A cycle of one mass solves one equation in the time of a stick",
         Finding(
@@ -97,7 +96,6 @@ def _best() -> Iterator[Claim]:
     load, least = best()
     yield claim(
         "dampers.best",
-        2,
         NOT_READ,
         "Without other damping the best friction force is about pi / 2 of the driving force",
         Finding(
@@ -139,7 +137,6 @@ def _blade() -> Iterator[Claim]:
     worst = float((peaks[:, 1] / peaks[:, 0] - 1.0).max())
     yield claim(
         "dampers.blade",
-        3,
         HERE,
         "One harmonic misjudges a blade whose modes resonate with each other",
         Finding(
@@ -165,7 +162,6 @@ def _blade() -> Iterator[Claim]:
     ]
     yield claim(
         "dampers.unique",
-        3,
         HERE,
         "Where friction at rest is that in motion no branch is isolated: the cycle is unique",
         Finding(
@@ -202,7 +198,6 @@ def _two() -> Iterator[Claim]:
     later = [strays(each, NUDGE, PERIODS) for each in (large, small)]
     yield claim(
         "dampers.two",
-        4,
         HERE,
         "Where friction holds more at rest, a damper that holds may be one jolt from slipping",
         Finding(

@@ -58,7 +58,6 @@ def _cycle() -> Iterator[Claim]:
     kinds = [event.kind for event in found.events]
     yield claim(
         "leine.cycle",
-        1,
         NOT_READ,
         "Without damping the block has a stable stick-slip cycle",
         Finding(
@@ -81,7 +80,6 @@ def _branch() -> Iterator[Claim]:
     hopf, fold = found.bifurcation("hopf"), found.bifurcation("landing")
     yield claim(
         "leine.hopf",
-        2,
         NOT_READ,
         "Steady sliding loses stability where c (1 + 3 V)^2 = 3",
         Finding(
@@ -99,7 +97,6 @@ def _branch() -> Iterator[Claim]:
     )
     yield claim(
         "leine.fold",
-        2,
         NOT_READ,
         "The stick-slip cycle ends where it meets an unstable cycle without stick",
         Finding(

@@ -44,7 +44,6 @@ def _branch() -> Iterator[Claim]:
     frequency = float(abs(damped.multipliers.imag).max())
     yield claim(
         "mode_coupling.flutter",
-        1,
         NOT_READ,
         "Steady sliding flutters from a friction coefficient on that has a closed form",
         Finding(
@@ -71,7 +70,6 @@ def _branch() -> Iterator[Claim]:
     off = float(np.abs(point - touching_point()).max()) / SPEED
     yield claim(
         "mode_coupling.coexists",
-        1,
         HERE,
         "A stick-slip cycle attracts far below the threshold of flutter, beside stable sliding",
         Finding(
@@ -105,7 +103,6 @@ def _branch() -> Iterator[Claim]:
     away = abs(faster.onset.value / onset.value - 1.0)
     yield claim(
         "mode_coupling.scale",
-        1,
         HERE,
         "Speed and brake force set the size of the cycle, not the coefficient of its onset",
         Finding(
@@ -131,7 +128,6 @@ def _kicks() -> Iterator[Claim]:
     ]
     yield claim(
         "mode_coupling.kick",
-        2,
         HERE,
         "Below the threshold a kick decides, and the smaller the nearer to the threshold",
         Finding(
@@ -165,7 +161,6 @@ def _laws() -> Iterator[Claim]:
     lowest = float(onset[drop].curve.values[onset[drop].curve.stable].min())
     yield claim(
         "mode_coupling.falling",
-        3,
         HERE,
         "A falling law moves the threshold of flutter much, the onset of the cycle little",
         Finding(
@@ -202,7 +197,6 @@ def _smooth() -> Iterator[Claim]:
     events = len(motion(orbit).events)
     yield claim(
         "mode_coupling.smooth",
-        4,
         HERE,
         "Friction made smooth says that there is no squeal where there is",
         Finding(

@@ -96,7 +96,6 @@ def _limit() -> Iterator[Claim]:
     worst = float(np.abs(found.exact - found.extrapolated).max())
     yield claim(
         "quasistatic.limit",
-        1,
         "docs/theory/quasistatic.md",
         "As V goes to 0 the event map has a limit, in which the belt rests in a slip",
         Finding(
@@ -114,7 +113,6 @@ def _plane() -> Iterator[Claim]:
     largest = float(symmetric.max())
     yield claim(
         "quasistatic.symmetric",
-        2,
         "Huang and Turcotte (1992), abstract; Nussbaum and Ruina (1987), source not read",
         "Symmetric pairs move periodically, whatever the coupling",
         Finding(
@@ -138,7 +136,6 @@ def _plane() -> Iterator[Claim]:
     share = float(asymmetric.mean())
     yield claim(
         "quasistatic.asymmetric",
-        2,
         "Huang and Turcotte (1990), source not read; (1992), abstract",
         "Asymmetric pairs are chaotic for some parameters and periodic for others",
         Finding(

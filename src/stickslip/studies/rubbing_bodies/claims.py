@@ -48,7 +48,6 @@ def _stacks() -> Iterator[Claim]:
     apart = [given for given in drawn if len(stages(given)) > 3]
     yield claim(
         "rubbing.stack",
-        1,
         HERE,
         "Two sliders upon each other stop after times that are rational numbers",
         Finding(
@@ -65,7 +64,6 @@ def _stacks() -> Iterator[Claim]:
     told = ", ".join(f"{error:.1e}" for error in off)
     yield claim(
         "rubbing.stepping",
-        1,
         HERE,
         "Time stepping puts every event at the end of a step",
         Finding(
@@ -82,7 +80,6 @@ def _walled() -> Iterator[Claim]:
     errors = [abs(a[0] / b[0] - 1.0) for a, b in found]
     yield claim(
         "rubbing.mechanism",
-        2,
         HERE,
         "Friction forces at rest are not unique, but the force at which something moves is",
         Finding(
@@ -101,7 +98,6 @@ def _walled() -> Iterator[Claim]:
     speeds = [float(run.v[-1, 0]) / creep_speed(run.width) for run in runs]
     yield claim(
         "rubbing.creep",
-        2,
         HERE,
         "Friction made smooth lets bodies creep under forces that friction holds",
         Finding(
@@ -128,7 +124,6 @@ def _clutch() -> Iterator[Claim]:
     ]
     yield claim(
         "rubbing.clutch",
-        3,
         HERE,
         "A clutch locks after a time, and for a heat, in closed form",
         Finding(
@@ -142,7 +137,6 @@ def _clutch() -> Iterator[Claim]:
     off = [abs(s / CLUTCH.slip(each.width) - 1.0) for s, each in zip(slips, runs, strict=True)]
     yield claim(
         "rubbing.slipping",
-        3,
         HERE,
         "A clutch with smooth friction never locks under torque",
         Finding(
@@ -183,7 +177,6 @@ def _train() -> Iterator[Claim]:
     lost = [one + 3.0 * other - momentum, float(ends.sum()) - momentum]
     yield claim(
         "rubbing.train",
-        4,
         HERE,
         "Times and speeds of three coupled clutches solve equations in sines and cosines",
         Finding(
@@ -198,7 +191,6 @@ def _train() -> Iterator[Claim]:
     )
     yield claim(
         "rubbing.dymola",
-        4,
         f"{PUBLISHED}: MAP-LIB_ReferenceResults, Dymola 2020x, DASSL, tolerance 1e-6",
         "The library's reference results are motions of its equations",
         Finding(
@@ -220,7 +212,6 @@ def _train() -> Iterator[Claim]:
     theirs = [float(text) for text in MWORKS]
     yield claim(
         "rubbing.mworks",
-        4,
         f"{PUBLISHED}: fmi-cross-check, MWorks 2016, FMI 1.0 for co-simulation",
         "Published results of another tool show clutches 2 and 3 locked at the end",
         Finding(

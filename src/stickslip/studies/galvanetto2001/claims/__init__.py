@@ -1,13 +1,13 @@
 """What section 4 of Galvanetto (2001) says, and sections 2, 3 and 5 of the same systems, checked.
 
-One module per topic. Each offers ``FIGURES``, ``facts()`` (all quantities, computed, as a frozen
-dataclass) and ``CLAIMS``, functions that make claims from them by stated criteria.
+One module per topic. Each offers ``facts()`` (all quantities, computed, as a frozen dataclass) and
+``CLAIMS``: by figure the functions that make claims from them by stated criteria.
 """
 
 from __future__ import annotations
 
 from functools import cache, partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from stickslip.studies.galvanetto2001.claims import (
     aftermath,
@@ -23,6 +23,7 @@ from stickslip.studies.galvanetto2001.claims import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from types import ModuleType
 
     from stickslip.studies.claim import Claim
@@ -42,17 +43,14 @@ TOPICS: Final[tuple[ModuleType, ...]] = (
 
 
 @cache
-def _of_topic(topic: ModuleType) -> tuple[Claim, ...]:
-    facts = topic.facts()
-    return tuple(make(facts) for make in topic.CLAIMS)
+def _facts(topic: ModuleType) -> Any:
+    return topic.facts()
 
 
-def _of_figure(figure: int) -> list[Claim]:
-    of_topics = (_of_topic(topic) for topic in TOPICS if figure in topic.FIGURES)
-    return [claim for claims in of_topics for claim in claims if claim.figure == figure]
+def _of_figure(figure: int) -> Iterator[Claim]:
+    for topic in TOPICS:
+        for make in topic.CLAIMS.get(figure, ()):
+            yield make(_facts(topic))
 
 
-CLAIMS: Final = {
-    figure: partial(_of_figure, figure)
-    for figure in sorted({figure for topic in TOPICS for figure in topic.FIGURES})
-}
+CLAIMS: Final = {figure: partial(_of_figure, figure) for topic in TOPICS for figure in topic.CLAIMS}

@@ -15,8 +15,6 @@ from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001.orbits import WINDOW
 
-FIGURES: Final = (2,)
-
 SAMPLES: Final = 200  # starting points over a domain
 ROUNDING: Final = 1e-15
 
@@ -82,7 +80,6 @@ def _system(name: str, model: TwoBlock) -> System:
 def _domain(facts: Facts) -> Claim:
     return claim(
         "map.domain",
-        2,
         "section 3, below eq. (12)",
         "The map's field of definition is the projection AC of the global stick locus on d",
         *tuple(
@@ -101,7 +98,6 @@ def _domain(facts: Facts) -> Claim:
 def _onset(facts: Facts) -> Claim:
     return claim(
         "map.onset",
-        2,
         "section 3, below eq. (6)",
         "A global stick phase ends where a block reaches the right end of its interval (6)",
         *tuple(
@@ -122,7 +118,6 @@ def _defined(facts: Facts) -> Claim:
     clear = all(b < lo or a > hi for a, b in law9.gaps)
     return claim(
         "map.defined",
-        2,
         "section 3, last paragraph",
         "For a small driving velocity every motion that starts as a global stick phase has more of "
         "them, so that the map is well defined, as the examples show",
@@ -146,7 +141,6 @@ def _without_global_stick(facts: Facts) -> Claim:
     law9 = facts.law9
     return claim(
         "map.no_global_stick",
-        2,
         "section 3, last paragraph",
         "Even for a small driving velocity, and more probably with Coulomb friction, there can be "
         "steady motions without any global stick phase",
@@ -182,4 +176,4 @@ def _gaps(one: System) -> str:
     return f"{one.name}: no value in {listing}, {one.undefined:.2%} of the domain ({ended})"
 
 
-CLAIMS: Final = (_domain, _onset, _defined, _without_global_stick)
+CLAIMS: Final = {2: (_domain, _onset, _defined, _without_global_stick)}
