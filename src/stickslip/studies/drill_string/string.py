@@ -114,9 +114,9 @@ def drive_at(cycle: Cycle) -> float:
     return cycle.model.parameters[DRIVE]
 
 
-def lower_speed(motion: Trajectory, n: int = 513) -> Floats:
+def lower_speed(motion: Trajectory) -> Floats:
     """Speeds of the lower disc over a motion."""
-    return motion.x(np.linspace(0.0, motion.t[-1], n))[:, 2]
+    return motion.x(np.linspace(0.0, motion.t[-1], 513))[:, 2]
 
 
 # --- friction made smooth -------------------------------------------------------------------
@@ -136,7 +136,7 @@ def smooth_motions() -> tuple[float, tuple[SmoothMotion, ...]]:
     """Return the exact range of speed, and motions with smooth laws from the exact cycle."""
     drive = BELOW * stick_end().value
     exact = period_of(drive, float(stick_slip().at(**{DRIVE: drive}).points[0]))
-    swing = float(np.ptp(exact.x(np.linspace(0.0, exact.t[-1], 513))[:, 2]))
+    swing = float(np.ptp(lower_speed(exact)))
     start, model = exact.x(0.0), MODEL.replace(**{DRIVE: drive})
     return swing, tuple(smoothed(model, w, np.zeros(0), start, LONG) for w in WIDTHS)
 
