@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import errno
+import math
 import os
 import reprlib
 import shutil
@@ -160,6 +161,22 @@ def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
 def as_list(column: Any) -> list[Any]:
     """Turn an array or any sequence into a list of Python's own numbers and strings."""
     return list(column.tolist() if hasattr(column, "tolist") else column)
+
+
+def plain(value: Any) -> Any:
+    """Return values as JSON has them: lists, numbers, texts; None for NaN and infinities."""
+    if hasattr(value, "tolist"):  # an array, or a number of NumPy's
+        return plain(value.tolist())
+    match value:
+        case float():
+            return value if math.isfinite(value) else None
+        case complex():
+            return [plain(value.real), plain(value.imag)]
+        case Mapping():
+            return {str(key): plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [plain(item) for item in value]
+    return value
 
 
 def flat(cell: Any, text: Callable[[float], str]) -> Any:

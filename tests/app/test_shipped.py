@@ -12,8 +12,8 @@ import stickslip as ss
 from stickslip.app import live, shipped
 from stickslip.app.folder import LIMITS, PRESETS, preset_names, presets
 from stickslip.app.page import described_limits, made_presets
-from stickslip.app.requests import plain
 from stickslip.cli.program import run
+from stickslip.files import plain
 
 LISTED = shipped.listed()
 SLOW = {  # 2 to 30 seconds each; there are others of their kinds

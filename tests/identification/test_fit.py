@@ -196,6 +196,19 @@ def test_times_of_events() -> None:
     assert found.matched == (f"{len(exact)} of {len(exact)} events: block 1, stick",)
 
 
+def test_times_of_events_after_a_state_of_two_blocks_that_is_a_guess() -> None:
+    model = ss.examples.coulomb()
+    motion = ss.simulate(model, d=0.1, t_end=500.0)
+    since = next(t for t, mode in zip(motion.t, motion.modes, strict=False) if mode.all()) + 0.05
+    exact = [e.time - since for e in motion.events if e.kind == "stick" and e.block == 1]
+    times = [time for time in exact if time > 0.0]
+    x, v = motion.x(since), motion.v(since)
+    guess = ss.EventTimes(times, block=1, x0=x + np.array([1e-4, -1e-4]), v0=v, free_start=True)
+    found = ss.fit(model.replace(mu=0.2199), guess, ["mu"])
+    assert found.values[0] == pytest.approx(0.22, abs=1e-5)
+    assert len(found.starts[0]) == 4
+
+
 def test_a_chaotic_motion_from_fifty_points_of_its_map() -> None:
     model = ss.examples.law9()
     orbit = ss.event_map(model).iterate(0.38, 50)

@@ -25,7 +25,7 @@ def test_a_study_has_figures_each_with_what_drawing_needs(source: studies.Source
     for figure in found.values():
         assert figure.columns in {"one", "two"}
         assert 1.0 <= figure.height <= 7.0
-        assert callable(figure.compute)
+        assert callable(figure.draw)
 
 
 def test_an_unknown_study_is_answered_with_the_known_ones() -> None:

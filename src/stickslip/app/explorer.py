@@ -21,15 +21,14 @@ from starlette.websockets import WebSocket
 import stickslip
 from stickslip import examples
 from stickslip.app import requests
-from stickslip.app.compiler import WINDOW, Compiler
+from stickslip.app.compiler import Compiler
 from stickslip.app.exports import LARGEST, Downloads, read_body
 from stickslip.app.folder import presets
 from stickslip.app.jobs import Gate
 from stickslip.app.page import of_model
 from stickslip.app.requests import BadRequestError, model_of_text
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
-from stickslip.mechanics.model.file import model_of_values, model_values
-from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.mechanics.model.file import model_values
 from stickslip.numerics.targets import available_threads
 
 LOG: Final = logging.getLogger(__name__)
@@ -94,22 +93,20 @@ class Warmth:
 
 
 def _first_asked() -> Iterator[requests.Request]:
+    """Ask for what the page begins with, and for the motion of each other preset."""
     for model in (examples.coulomb(), examples.law9()):
         values = model_values(model)
-        yield requests.EventMap(values, window=WINDOW, points=50, max_period=2)
-        yield requests.Motion(values, d=0.1, t_end=20.0)
-        yield requests.Cobweb(values, d=0.1, n=5)
+        yield from (
+            requests.EventMap(values),
+            requests.Motion(values),
+            requests.Cobweb(values, d=0.1),
+        )
     values = model_values(examples.coulomb())
     yield requests.Basins(values)
-    yield requests.Diagram(
-        values, parameter="V", range=(0.0369, 0.037), window=(-0.1, 0.05), values=2, max_period=1
-    )
+    yield requests.Diagram(values, parameter="V", range=(0.0369, 0.037))
     for preset in presets():
-        each = model_of_values(preset["state"]["model"])
-        if not isinstance(each, TwoBlock):
-            x = (0.0,) * each.plant.n_bodies
-            v = x if each.plant.n_positions else ()
-            yield requests.Motion(preset["state"]["model"], x=x, v=v, t_end=20.0)
+        if preset["state"]["model"]["kind"] != "two_block":
+            yield requests.Motion(preset["state"]["model"])
 
 
 class Explorer:

@@ -29,11 +29,11 @@ from stickslip.app.requests import (
     Part,
     decoded,
     is_ours,
-    plain,
     request_of,
 )
 from stickslip.app.session import Workers, client_of, told
 from stickslip.app.views import VIEWS
+from stickslip.files import plain
 from stickslip.vocabulary import did_you_mean
 
 KNOWN: Final = {

@@ -31,9 +31,9 @@ def preset_names() -> list[str]:
     return [preset["name"] for preset in presets()]
 
 
-def scripts(first: str = MAIN) -> list[str]:
-    """Paths of a script and of all that it needs."""
-    found = [first]
+def scripts() -> list[str]:
+    """Paths of the page's script and of all that it needs."""
+    found = [MAIN]
     for name in found:  # which grows meanwhile
         here = posixpath.dirname(name)
         text = (STATIC.parent / name).read_text(encoding="utf-8")

@@ -17,7 +17,7 @@ from stickslip.app.requests import SLIDERS
 from stickslip.app.views.model import told_map
 from stickslip.mechanics.friction import LAWS
 from stickslip.mechanics.friction.law import Choice
-from stickslip.mechanics.model.file import model_of_values, model_values, read_model
+from stickslip.mechanics.model.file import model_of_values, model_values, read_model, read_toml
 from stickslip.vocabulary import TERMS
 
 if TYPE_CHECKING:
@@ -97,12 +97,6 @@ def _law9(alpha: float, **state: Any) -> dict[str, Any]:
     return {"model": model_values(examples.law9(alpha=alpha)), **common, **state}
 
 
-def _studied(name: str, file: str = "model", **state: Any) -> dict[str, Any]:
-    """Model of a study, as its file has it, and what is looked at."""
-    with as_file(files("stickslip.studies") / name / f"{file}.toml") as path:
-        return of_model(read_model(path), **state)
-
-
 def of_model(model: Model, section: requests.Section | None = None, **state: Any) -> dict[str, Any]:
     """Begin the page with a model; its return map is told here, so that nothing has to be asked."""
     values = model_values(model)
@@ -126,111 +120,25 @@ FORWARD: Final = requests.Section(direction="forward")
 
 
 def _of_studies() -> dict[str, tuple[str, dict[str, Any]]]:
-    """Presets of the studies of structures, each with its sliders."""
-    distance = requests.Section(coordinates=("x_2",), domain=((1e-6, 0.06),))
-    return {
-        "brake": (
-            "A brake that squeals",
-            _studied(
-                "mode_coupling",
-                section=requests.Section(domain=((-1.5, 1.0), (-1.0, 1.0))),
-                sliders={
-                    "load_1_2": (0.0, 1.2),
-                    "V_1": (0.005, 0.2),
-                    "mu_1": (0.3, 1.0),
-                    "stiffness_1_1": (1.0, 3.0),
-                    "stiffness_1_2": (0.0, 1.0),
-                    "damping_1_1": (0.0, 0.2),
-                    "damping_2_2": (0.0, 0.2),
-                },
-                x=[0.5, 0.0],
-                v=[0.0, 0.2],
-            ),
-        ),
-        "drill-string": (
-            "A drill string",
-            _studied(
-                "drill_string",
-                section=requests.Section(direction="forward", domain=((1.0, 15.0),)),
-                sliders={
-                    "a_2": (20.0, 45.0),
-                    "static_1": (0.1, 0.6),
-                    "mu_1": (0.1, 1.0),
-                    "speed_1": (0.2, 5.0),
-                    "viscous_1": (0.0, 0.1),
-                },
-                d=2.0,
-                t_end=60,
-                diagram=_along("a_2", 25.0, 33.0),
-            ),
-        ),
-        "hunting-axis": (
-            "An axis that hunts",
-            _studied(
-                "hunting_axis",
-                section=distance,
-                sliders={
-                    "A_3_1": (-9.0, -1.0),
-                    "A_3_2": (-12.0, -2.0),
-                    "A_3_3": (-4.0, -0.5),
-                    "mu_1": (0.3, 1.0),
-                    "static_1": (0.5, 2.0),
-                },
-                d=0.055,
-                diagram=_along("A_3_1", -8.0, -1.0),
-            ),
-        ),
-        "bowed-string": (
-            "A bowed string",
-            _studied(
-                "bowed_string",
-                sliders={"static_1": (0.5, 40.0), "V_1": (0.1, 3.0), "mu_1": (0.1, 0.9)},
-                **_helmholtz(),
-                t_end=20,
-            ),
-        ),
-        "rubbing": (
-            "Two bodies that rub",
-            _studied(
-                "rubbing_bodies",
-                sliders={
-                    "static_1": (0.1, 2.0),
-                    "static_2": (0.05, 2.0),
-                    "static_3": (0.1, 2.0),
-                    "mass_1": (0.5, 4.0),
-                    "mass_2": (0.5, 4.0),
-                    "mu_3": (0.3, 1.0),
-                },
-                x=[0.0],
-                v=[0.0, 3.0],
-                t_end=5,
-            ),
-        ),
-        "canards": (
-            "Canards in stiction",
-            _studied(
-                "canards",
-                section=FORWARD,
-                d=4.0,
-                diagram=_along("forcing.amplitude", 0.7, 0.95),
-            ),
-        ),
-        "blade": (
-            "A blade with a damper",
-            _studied(
-                "friction_dampers",
-                "blade",
-                sliders={
-                    "static_1": (0.0, 3.0),
-                    "contact_stiffness_1": (0.1, 4.0),
-                    "mu_1": (0.3, 1.0),
-                    "forcing.amplitude_3": (0.0, 3.0),
-                    "forcing.frequency": (0.1, 2.0),
-                },
-                x=[0.0],
-            ),
-        ),
-    }
+    """Presets of the studies, from ``studies.toml``: their titles and states."""
+    with as_file(files("stickslip")) as folder:
+        return {
+            name: (given.pop("title"), _studied(folder, name, given))
+            for name, given in read_toml(folder / "app" / "studies.toml").items()
+        }
+
+
+def _studied(folder: Path, name: str, state: dict[str, Any]) -> dict[str, Any]:
+    """State of a study's preset: its model, and what is looked at."""
+    model = read_model(folder / "studies" / state.pop("model"))
+    section = (
+        msgspec.convert(state.pop("section"), requests.Section) if "section" in state else None
+    )
+    if "along" in state:
+        state["diagram"] = _along(*state.pop("along"))
+    if name == "bowed-string":
+        state |= _helmholtz()
+    return of_model(model, section, **state)
 
 
 def opened(path: Path) -> dict[str, Any]:

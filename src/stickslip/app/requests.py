@@ -7,7 +7,6 @@ back.
 from __future__ import annotations
 
 import dis
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -401,19 +400,3 @@ def _packable(array: NDArray[Any]) -> tuple[str, NDArray[Any]]:
 
 def _padded(content: bytes) -> bytes:
     return content + bytes(-len(content) % ALIGNED)
-
-
-def plain(value: Any) -> Any:
-    """Return values as JSON has them: lists, numbers, texts; None for NaN and infinities."""
-    match value:
-        case np.ndarray() | np.generic():
-            return plain(value.tolist())
-        case float():
-            return value if math.isfinite(value) else None
-        case complex():
-            return [plain(value.real), plain(value.imag)]
-        case Mapping():
-            return {str(key): plain(item) for key, item in value.items()}
-        case list() | tuple():
-            return [plain(item) for item in value]
-    return value

@@ -27,10 +27,10 @@ from stickslip.app.requests import (
     decoded,
     is_ours,
     message,
-    plain,
     request_of,
 )
 from stickslip.app.views import VIEWS, is_slow
+from stickslip.files import plain
 
 LOG: Final = logging.getLogger(__name__)
 

@@ -24,9 +24,9 @@ from stickslip.app import live
 from stickslip.app.folder import LIMITS, PRESETS, SHIPPED, STATIC, page, presets
 from stickslip.app.one_file import one_file
 from stickslip.app.page import described_limits, made_presets
-from stickslip.app.requests import Cycle, Part, message, plain, request_of
+from stickslip.app.requests import Cycle, Part, message, request_of
 from stickslip.app.views import VIEWS
-from stickslip.files import whole_file
+from stickslip.files import plain, whole_file
 from stickslip.mechanics.friction.stribeck import Stribeck
 from stickslip.mechanics.model.file import model_of_values, model_values
 

@@ -279,25 +279,17 @@ def basins(
     import stickslip as ss
 
     f = table.map()
-    if f.dimension > 1:
-        with shares("basins", quiet=table.quiet) as show:
-            drawn = table.deliver(
-                "basins",
-                f.model,
-                {"samples": samples},
-                lambda: ss.basins(f, n_samples=samples, progress=show),
-            )
-        note(repr(drawn).splitlines()[0], quiet=table.quiet)
-        return COMPUTATION_FAILED if drawn.undecided == 1.0 else DONE
-    asked = {"resolution": resolution}
+    on_line = f.dimension == 1
+    asked: dict[str, Any] = {"resolution": resolution} if on_line else {"samples": samples}
+    settings = asked if on_line else {"n_samples": samples}
     with shares("basins", quiet=table.quiet) as show:
         found = table.deliver(
-            "basins",
-            f.model,
-            asked,
-            lambda: ss.basins(f, resolution=resolution, progress=show),
+            "basins", f.model, asked, lambda: ss.basins(f, **settings, progress=show)
         )
-    return _basin_ending(found, quiet=table.quiet)
+    if on_line:
+        return _basin_ending(found, quiet=table.quiet)
+    note(repr(found).splitlines()[0], quiet=table.quiet)
+    return COMPUTATION_FAILED if found.undecided == 1.0 else DONE
 
 
 def _basin_ending(found: Basins, *, quiet: bool) -> int:

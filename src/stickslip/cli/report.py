@@ -14,6 +14,7 @@ import numpy as np
 from stickslip.analysis.attractors.attractor import AttractorND
 from stickslip.analysis.bifurcations.bifurcation import place
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, multipliers_text
+from stickslip.files import plain
 from stickslip.studies.claim import digits, with_error
 
 if TYPE_CHECKING:
@@ -50,8 +51,8 @@ def document(found: BifurcationList, *, title: str = "", picture: str = "") -> d
         "outside": [asdict(change) for change in found.outside],
         "picture": picture,
     }
-    plain: dict[str, Any] = _finite(content)
-    return plain
+    written: dict[str, Any] = plain(content)
+    return written
 
 
 def agrees(item: Bifurcation) -> bool | None:
@@ -114,19 +115,6 @@ def _cascade_data(cascade: Cascade) -> dict[str, Any]:
         "error": cascade.error,
         "ratios": cascade.ratios.tolist(),
     }
-
-
-def _finite(data: Any) -> Any:
-    """Replace numbers that JSON cannot write by None, complex ones by their parts."""
-    if isinstance(data, dict):
-        return {name: _finite(value) for name, value in data.items()}
-    if isinstance(data, list | tuple | np.ndarray):
-        return [_finite(value) for value in data]
-    if isinstance(data, complex):
-        return [_finite(float(data.real)), _finite(float(data.imag))]
-    if isinstance(data, float) and not math.isfinite(data):
-        return None
-    return data
 
 
 BANDS_SHOWN: Final = 4  # of an attractor, in a line

@@ -87,11 +87,6 @@ def filled(off: Floats) -> Floats:
     return np.where(known, off, max(MISSED, float(np.abs(off[known]).max())))
 
 
-def no_links(n_columns: int) -> tuple[Floats, Floats]:
-    """No pieces to be linked."""
-    return np.zeros(0), np.zeros((0, n_columns))
-
-
 class Start:
     """How a motion starts: what of it is unknown, and the arguments of `simulate`."""
 
@@ -372,45 +367,49 @@ def sampled(
     return values, np.concatenate(motion.derivative(*names).states(t), axis=1)
 
 
-class EventTerm(Term):
+class SeriesTerm(Term):
+    """Data of one quantity, without unknowns of their own."""
+
+    start = np.zeros(0)
+
+    def __init__(self, data: EventTimes | MapPoints | CyclePeriods | ForcePoints) -> None:
+        self.data: Any = data
+        ((_, self.measured, self.sigma),) = data.rows
+
+    def answered(self, fitted: Floats, gradient: Floats, matched: str) -> Answer:
+        """Compare the data with what a model gives for them, NaN where it gives nothing."""
+        off = (fitted - self.measured[:, 0]) / self.sigma[:, 0]
+        jacobian = np.nan_to_num(gradient / self.sigma)
+        no_links = np.zeros(0), np.zeros((0, gradient.shape[1]))
+        return Answer(filled(off), jacobian, fitted, *no_links, matched)
+
+
+class EventTerm(SeriesTerm):
     """Times of events of one kind, the first with the first."""
 
     def __init__(self, data: EventTimes, model: Model) -> None:
-        self.data = data
+        super().__init__(data)
         self.origin = Start(data, model)
         assert self.origin.given is not None
-        self.start = self.origin.given if self.origin.free else np.zeros(0)
-        ((_, _, self.sigma),) = data.rows
+        self.given = self.origin.given
+        self.start = self.given if self.origin.free else np.zeros(0)
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Follow the motion until it has had as many events, or far beyond the last."""
-        data = self.data
-        times = np.asarray(data.times)
-        given = self.origin.given
-        assert given is not None
-        state = own if self.origin.free else given
+        data, n = self.data, len(self.measured)
         asked = (*names, *self.origin.names) if self.origin.free else names
-        motion = self._long_enough(model, state, len(times))
+        motion = self._long_enough(model, own if self.origin.free else self.given, n)
         chosen = [
             k
             for k, event in enumerate(motion.events)
             if event.block == data.block and event.kind == data.kind
-        ][: len(times)]
-        fitted = np.full(len(times), np.nan)
+        ][:n]
+        fitted, gradient = np.full(n, np.nan), np.zeros((n, len(names) + len(own)))
         fitted[: len(chosen)] = [motion.events[k].time for k in chosen]
-        gradient = np.zeros((len(times), len(asked)))
         if asked:
-            by = motion.derivative(*asked)
-            gradient[: len(chosen)] = np.nan_to_num(by.event_times[chosen])
-        off = (fitted - times) / self.sigma[:, 0]
-        width = len(names) + len(own)
-        return Answer(
-            filled(off),
-            gradient / self.sigma,
-            fitted,
-            *no_links(width),
-            f"{len(chosen)} of {len(times)} events: block {data.block}, {data.kind}",
-        )
+            gradient[: len(chosen)] = motion.derivative(*asked).event_times[chosen]
+        matched = f"{len(chosen)} of {n} events: block {data.block}, {data.kind}"
+        return self.answered(fitted, gradient, matched)
 
     def _long_enough(self, model: Model, state: Floats, n: int) -> Trajectory:
         end = float(np.asarray(self.data.times)[-1])
@@ -427,13 +426,12 @@ class EventTerm(Term):
         return motion
 
 
-class MapTerm(Term):
+class MapTerm(SeriesTerm):
     """Points of an event map."""
 
     def __init__(self, data: MapPoints, max_events: int = 10_000) -> None:
-        self.data, self.max_events = data, max_events
-        self.start = np.zeros(0)
-        ((_, _, self.sigma),) = data.rows
+        super().__init__(data)
+        self.max_events = max_events
 
     def hurried(self) -> Term:
         """Return the term that gives up motions after few events."""
@@ -443,35 +441,22 @@ class MapTerm(Term):
         """Evaluate the map."""
         f: Any = event_map(model, max_events=self.max_events)
         low, high = f.domain
-        d, value = np.asarray(self.data.d), np.asarray(self.data.value)
+        d = np.asarray(self.data.d)
         inside = (d >= low) & (d <= high)
-        fitted = np.full(len(d), np.nan)
+        fitted, gradient = np.full(len(d), np.nan), np.zeros((len(d), len(names)))
         fitted[inside] = f(d[inside])
-        gradient = np.zeros((len(d), len(names)))
         for column, name in enumerate(names):
-            gradient[inside, column] = np.nan_to_num(f.parameter_derivative(d[inside], name))
-        off = (fitted - value) / self.sigma[:, 0]
-        known = np.isfinite(off)
-        return Answer(
-            filled(off),
-            gradient / self.sigma,
-            fitted,
-            *no_links(len(names) + len(own)),
-            f"{known.sum()} of {len(d)} points of the event map",
-        )
+            gradient[inside, column] = f.parameter_derivative(d[inside], name)
+        matched = f"{np.isfinite(fitted).sum()} of {len(d)} points of the event map"
+        return self.answered(fitted, gradient, matched)
 
 
-class PeriodTerm(Term):
+class PeriodTerm(SeriesTerm):
     """Periods of cycles over the speed of the belt."""
-
-    def __init__(self, data: CyclePeriods) -> None:
-        self.data = data
-        self.start = np.zeros(0)
-        ((_, _, self.sigma),) = data.rows
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Follow motions from rest to cycles, or to none."""
-        V, period = np.asarray(self.data.V), np.asarray(self.data.period)
+        V = np.asarray(self.data.V)
         fitted, gradient = np.full(len(V), np.nan), np.zeros((len(V), len(names)))
         moving = [name for name in names if name != "V"]
         columns = [names.index(name) for name in moving]
@@ -483,42 +468,25 @@ class PeriodTerm(Term):
                 fitted[k] = cycle.period
                 if moving:
                     gradient[k, columns] = cycle.period_derivative(*moving)
-        return Answer(
-            filled((fitted - period) / self.sigma[:, 0]),
-            np.nan_to_num(gradient / self.sigma),
-            fitted,
-            *no_links(len(names)),
-            f"{np.isfinite(fitted).sum()} of {len(V)} periods of cycles",
-        )
+        matched = f"{np.isfinite(fitted).sum()} of {len(V)} periods of cycles"
+        return self.answered(fitted, gradient, matched)
 
 
-class ForceTerm(Term):
+class ForceTerm(SeriesTerm):
     """Friction forces over slip speeds."""
-
-    def __init__(self, data: ForcePoints) -> None:
-        self.data = data
-        self.start = np.zeros(0)
-        ((_, _, self.sigma),) = data.rows
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Evaluate the law."""
         data, block = self.data, self.data.block - 1
-        law = model.laws[block]
-        s, force = np.asarray(data.speed), np.asarray(data.force)
-        fitted = law.force(s, forward=data.forward)
+        s = np.asarray(data.speed)
+        fitted = model.laws[block].force(s, forward=data.forward)
         by_own = law_gradients(model, block, s, data.forward)
         gradient = np.zeros((len(s), len(names)))
         for column, name in enumerate(names):
             for where, own_name in model.law_parameters.get(name, ()):
                 if where == block:
                     gradient[:, column] = by_own[own_name]
-        return Answer(
-            (fitted - force) / self.sigma[:, 0],
-            gradient / self.sigma,
-            fitted,
-            *no_links(len(names) + len(own)),
-            f"{len(s)} forces of block {data.block}",
-        )
+        return self.answered(fitted, gradient, f"{len(s)} forces of block {data.block}")
 
 
 def law_gradients(model: Model, block: int, s: Floats, forward: bool) -> dict[str, Floats]:

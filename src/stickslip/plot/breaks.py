@@ -139,16 +139,9 @@ def _belt(ax: Axes, wall: float) -> None:
     margin, bottom = _BELT
     left, right = margin, wall - margin
     radius = -bottom / 2
-    belt = FancyBboxPatch(
-        (left + radius, bottom),
-        right - left - 2 * radius,
-        -bottom,
-        boxstyle=f"round,pad=0,rounding_size={radius}",
-        fill=False,
-        lw=1.2,
-    )
-    belt.set_bounds(left, bottom, right - left, -bottom)
-    ax.add_patch(belt)
+    shape = f"round,pad=0,rounding_size={radius}"
+    corner, width = (left, bottom), right - left
+    ax.add_patch(FancyBboxPatch(corner, width, -bottom, boxstyle=shape, fill=False, lw=1.2))
     for centre in (left + radius, right - radius):
         roller = (centre, bottom / 2)
         ax.add_patch(Circle(roller, 0.8 * radius, facecolor=PALETTE["light"], lw=0.6))

@@ -123,7 +123,6 @@ def draw_curve(
     *,
     window: tuple[float, float],
     power: int = 1,
-    color: str = "black",
     linewidth: float = 1.0,
     ticks: int = 7,
     symbol: str = "d",
@@ -131,7 +130,7 @@ def draw_curve(
 ) -> Axes:
     """Draw a traced map with the diagonal, dotted at `jumps` for views that cut a side off."""
     ax.plot(window, window, color=PALETTE["grey"], lw=0.5, zorder=1)
-    ax.plot(curve.x, curve.y, color=color, lw=linewidth, zorder=2)
+    ax.plot(curve.x, curve.y, color="black", lw=linewidth, zorder=2)
     for jump in curve.jumps if jumps else ():
         ax.axvline(jump, color=PALETTE["grey"], lw=0.7, ls=":", zorder=1)
     ax.set_xlim(window)

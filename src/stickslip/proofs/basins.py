@@ -17,7 +17,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from stickslip.proofs.jet import outward
-from stickslip.proofs.power import FORKS, Region, step
+from stickslip.proofs.power import FORKS, Region, follow, step
 from stickslip.proofs.system import decimal
 from stickslip.proofs.verify.words import MOST_CELLS
 from stickslip.proofs.wave import Undecided
@@ -99,14 +99,8 @@ class Basins:
 
     def _round(self, box: arb, period: int) -> tuple[list[str], list[arb], Any]:
         """Follow an interval for a period: itinerary, ranges and the last value."""
-        x, parameters = self._region.around(box)
-        words, ranges = [], []
-        for _ in range(period):
-            ranges.append(x.range)
-            (piece,) = step(self._region.setting, x, parameters)
-            words.append(piece.itinerary)
-            x = piece.value
-        return words, ranges, x
+        points, words, end = follow(self._region.setting, *self._region.around(box), period)
+        return words, [x.range for x in points], end
 
     def _cover(self, share: float) -> None:
         """Prove cells whose images are proven; halve those whose images are so in part."""

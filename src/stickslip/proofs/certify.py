@@ -190,14 +190,13 @@ def certify_bifurcation(
     _varied(model, parameter)
     value = arb(float(model.parameters[parameter]))
     setting = Setting(values, (parameter,))
-    stated = {name: v for name, v in values.items() if name not in setting.replaced}
 
     def prove() -> dict[str, Any]:
         if kind == "border_collision":
             return proven_border(setting, near, value, period, digits)
         return proven_critical(kind, setting, near, value, period, digits)
 
-    return _proof("border" if kind == "border_collision" else kind, prove, stated, digits)
+    return _proof("border" if kind == "border_collision" else kind, prove, setting.stated, digits)
 
 
 def certify_branch(
@@ -225,12 +224,11 @@ def certify_branch(
             f"range = ({range[0]}, {range[1]}) is not allowed: it must hold the model's own value, "
             f"{parameter} = {float(own):.12g}, near which the orbit is looked for"
         )
-    stated = {name: v for name, v in values.items() if name not in setting.replaced}
 
     def prove() -> dict[str, Any]:
         return Tube(setting, near, own, (low, high), period, digits).entries()
 
-    return _proof("branch", prove, stated, digits, factors=(1,))
+    return _proof("branch", prove, setting.stated, digits, factors=(1,))
 
 
 def _certify_curve(found: Curve, model: TwoBlock, digits: int, exact: ExactValues) -> Certificate:
@@ -696,8 +694,7 @@ def _region(
     if not low < high:
         raise ValueError(f"range = ({range[0]}, {range[1]}): the lower end comes first")
     setting = Setting(values, (along,))
-    stated = {name: v for name, v in values.items() if name not in setting.replaced}
-    return Region(setting, (low, high)), stated
+    return Region(setting, (low, high)), setting.stated
 
 
 def _of_constant_friction(values: dict[str, Fraction], what: str) -> None:

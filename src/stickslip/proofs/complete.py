@@ -16,7 +16,7 @@ from stickslip.proofs.branch import Tube, in_tube
 from stickslip.proofs.jet import Jet, box_of, outward
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import proven_orbit
-from stickslip.proofs.power import Region, step
+from stickslip.proofs.power import Region, follow, step
 from stickslip.proofs.verify.words import ball
 from stickslip.proofs.wave import Undecided
 
@@ -141,11 +141,10 @@ class Survey:
         if asked not in self._passed:
             found = []
             for orbit in self._known:
-                x, parameters = region.around(orbit.first(region))
-                for _ in range(0 if period % orbit.period else orbit.period):
-                    found.append(x.range)
-                    (piece,) = step(region.setting, x, parameters)
-                    x = piece.value
+                if period % orbit.period == 0:
+                    start = region.around(orbit.first(region))
+                    points, *_ = follow(region.setting, *start, orbit.period)
+                    found += [x.range for x in points]
             self._passed[asked] = found
         return self._passed[asked]
 

@@ -6,18 +6,15 @@ Docs: proofs, events and their order.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 from flint import arb
 
 from stickslip.proofs.events import Decision, possible_events
 from stickslip.proofs.jet import Jet, Number, spread, tight
 from stickslip.proofs.landing import at_turn
-from stickslip.proofs.system import System
+from stickslip.proofs.system import Modes, Pair, System
 from stickslip.proofs.wave import Undecided
-
-Modes: TypeAlias = tuple[int, int]
-Pair: TypeAlias = tuple[Number, Number]
 
 MOST_PHASES: Final = 1000  # of constant modes, or Taylor steps
 GLYPHS: Final = {-1: "-", 0: ".", 1: "+"}

@@ -10,7 +10,7 @@ from flint import arb
 from stickslip.proofs.flow import Piece
 from stickslip.proofs.jet import Jet, box_of
 from stickslip.proofs.newton import NoZero, zero
-from stickslip.proofs.power import Setting, step
+from stickslip.proofs.power import Setting, follow, step
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
@@ -114,11 +114,5 @@ def _round(setting: Setting, box: list[Jet], period: int, sign: int) -> _Round:
     x, *parameters = box
     pieces = parted(step(setting, x, parameters, forks=1, at_touch=True))
     here, beyond = sorted(pieces, key=lambda piece: -sign * piece.decisions[-1].sign)
-    points, words = [x], [here.itinerary]
-    y = here.value
-    for _ in range(period - 1):
-        points.append(y)
-        (piece,) = step(setting, y, parameters)
-        words.append(piece.itinerary)
-        y = piece.value
-    return _Round(points, words, here, beyond, y)
+    points, words, end = follow(setting, here.value, parameters, period - 1)
+    return _Round([x, *points], [here.itinerary, *words], here, beyond, end)

@@ -10,7 +10,7 @@ from flint import arb
 from stickslip.proofs.germ import Germ, germ
 from stickslip.proofs.jet import Jet, box_of, precision
 from stickslip.proofs.newton import nearer, zero
-from stickslip.proofs.power import MapSetting, Setting, step
+from stickslip.proofs.power import MapSetting, Setting, follow
 from stickslip.proofs.verify.words import rounded
 from stickslip.proofs.wave import Undecided
 
@@ -25,11 +25,8 @@ def closing(setting: MapSetting, period: int) -> Callable[[list[Jet]], list[Jet]
 
     def equations(box: list[Jet]) -> list[Jet]:
         d, *parameters = box
-        x = d
-        for _ in range(period):
-            (piece,) = step(setting, x, parameters)
-            x = piece.value
-        return [x - d]
+        *_, end = follow(setting, d, parameters, period)
+        return [end - d]
 
     return equations
 
@@ -62,15 +59,11 @@ def _entries(
 ) -> dict[str, Any]:
     """Describe an orbit whose existence near a point is proven."""
     (x,) = box_of(point)
-    points, words = [], []
-    for _ in range(period):
-        points.append(x.range)
-        (piece,) = step(setting, x)
-        words.append(piece.itinerary)
-        x = piece.value
+    places, words, end = follow(setting, x, (), period)
+    points = [each.range for each in places]
     if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
         raise Undecided("two of its points coincide: a shorter period returns there")
-    multiplier = x.gradient[0]
+    multiplier = end.gradient[0]
     if not (abs(multiplier) < 1 or abs(multiplier) > 1):
         raise Undecided(f"the multiplier {multiplier} cannot be told from 1 in size")
     return {
@@ -91,14 +84,14 @@ def proven_critical(
     multiplier = MULTIPLIERS[kind]
 
     def equations(box: list[Jet]) -> list[Jet]:
-        end, slope, *_ = _round(setting, box, period, 1)[1].coefficients
+        end, slope, *_ = _round(setting, box, period, 1)[2].coefficients
         return [end - box[0], slope - multiplier]
 
     start = nearer(equations, [near, value], CRITICAL_RADII[0])
     found, _ = zero(equations, start, CRITICAL_RADII, target=arb(10) ** (-digits - 12))
     box = box_of(*found)
     with precision(4 * digits + FORM_BITS):
-        starts, end, words = _round(setting, box, period, 1 if kind == "fold" else 3)
+        starts, words, end = _round(setting, box, period, 1 if kind == "fold" else 3)
     points = [start.coefficients[0].range for start in starts]
     if any(a.overlaps(b) for i, a in enumerate(points) for b in points[:i]):
         raise Undecided("two points of the orbit coincide: a shorter period returns there")
@@ -115,16 +108,10 @@ def proven_critical(
 
 def _round(
     setting: MapSetting, box: Sequence[Jet], period: int, order: int
-) -> tuple[list[Germ], Germ, list[str]]:
+) -> tuple[list[Germ], list[str], Germ]:
     """Follow an orbit once, with derivatives in its first point up to an order."""
     d, *parameters = box
-    x, starts, words = germ(d, order), [], []
-    for _ in range(period):
-        starts.append(x)
-        (piece,) = step(setting, x, parameters)
-        words.append(piece.itinerary)
-        x = piece.value
-    return starts, x, words
+    return follow(setting, germ(d, order), parameters, period)
 
 
 def _fold(end: Germ) -> dict[str, arb | str]:

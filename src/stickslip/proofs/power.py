@@ -55,9 +55,10 @@ class Setting:
         return (varied,) if varied in self.values else (f"{varied}_1", f"{varied}_2")
 
     @property
-    def replaced(self) -> frozenset[str]:
-        """Names of `values` that the varied parameters stand for."""
-        return frozenset(each for name in self.varied for each in self.names(name))
+    def stated(self) -> dict[str, Fraction]:
+        """Values of the parameters that do not vary."""
+        replaced = {each for name in self.varied for each in self.names(name)}
+        return {name: value for name, value in self.values.items() if name not in replaced}
 
     def system(self, coordinates: Sequence[Jet], kind: Number) -> System:
         """Return the system on a box, its numbers that vary written as `kind`, a jet or a germ."""
@@ -107,8 +108,7 @@ class Region:
         """The system at the middle of the span."""
         if not self.span:
             return cast(MapSetting, self.setting)
-        names = (each for name in self.setting.varied for each in self.setting.names(name))
-        return Setting({**self.setting.values, **dict.fromkeys(names, self.middle)})
+        return Setting(dict.fromkeys(self.setting.values, self.middle) | self.setting.stated)
 
     def halves(self) -> list[Region]:
         """Cut the span in two."""
@@ -157,6 +157,19 @@ def step(
     kind = start if isinstance(d, Jet) else germ(start, len(d.coefficients) - 1)
     pieces = setting.images(kind, local, forks=forks, at_touch=at_touch)
     return [_composed(piece, d, middle, parameters) for piece in pieces]
+
+
+def follow(
+    setting: MapSetting, x: Any, parameters: Sequence[Jet], period: int
+) -> tuple[list[Any], list[str], Any]:
+    """Follow an orbit for a period: its points, the itinerary from each, and where it ends."""
+    points, words = [], []
+    for _ in range(period):
+        points.append(x)
+        (piece,) = step(setting, x, parameters)
+        words.append(piece.itinerary)
+        x = piece.value
+    return points, words, x
 
 
 def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet]) -> Piece:

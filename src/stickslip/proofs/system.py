@@ -6,18 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from flint import arb, fmpq
 
 from stickslip.checks import instance, shown
 from stickslip.mechanics.model.arguments import two_blocks
-from stickslip.proofs.jet import HALF, Number, spread
-from stickslip.proofs.taylor import Falling, TaylorStep
+from stickslip.proofs.jet import HALF, Number
+from stickslip.proofs.taylor import Falling, TaylorStep, signals
 from stickslip.proofs.wave import Wave
-
-if TYPE_CHECKING:
-    pass
 
 Exact: TypeAlias = str | int | float | Fraction | Decimal
 
@@ -165,7 +162,7 @@ class System:
         assert isinstance(law, Constant)
         return law.mu * self.limits[block] * arb(-mode)
 
-    def distance(self, e: tuple[Number, Number]) -> Number:
+    def distance(self, e: Pair) -> Number:
         """D = X_2 - X_1 from the needed forces."""
         return (e[1] - e[0]) / (2 * self.alpha + 1)
 
@@ -173,22 +170,14 @@ class System:
 class Phase:
     """Motion with constant modes from a state (w, e): each a wave (docs: proofs, the flow)."""
 
-    def __init__(
-        self,
-        system: System,
-        modes: tuple[int, int],
-        w: tuple[Number, Number],
-        e: tuple[Number, Number],
-    ) -> None:
+    def __init__(self, system: System, modes: Modes, w: Pair, e: Pair) -> None:
         self.system, self.modes = system, modes
         both = modes[0] and modes[1]
         self.w, self.e = self._both(w, e) if both else self._one(w, e)
-        self.signals = self._signals()
+        self.signals = signals(modes, system.limits, self.w, self.e)
         self.reach = arb("inf")
 
-    def _one(
-        self, w: tuple[Number, Number], e: tuple[Number, Number]
-    ) -> tuple[tuple[Wave, Wave], tuple[Wave, Wave]]:
+    def _one(self, w: Pair, e: Pair) -> tuple[tuple[Wave, Wave], tuple[Wave, Wave]]:
         """One block slips; the other rides and feels it through the coupling spring."""
         a = 0 if self.modes[0] else 1
         alpha, V = self.system.alpha, self.system.V
@@ -201,9 +190,7 @@ class Phase:
         still = slip * arb(0)
         return ((slip, still), (force, ride)) if a == 0 else ((still, slip), (ride, force))
 
-    def _both(
-        self, w: tuple[Number, Number], e: tuple[Number, Number]
-    ) -> tuple[tuple[Wave, Wave], tuple[Wave, Wave]]:
+    def _both(self, w: Pair, e: Pair) -> tuple[tuple[Wave, Wave], tuple[Wave, Wave]]:
         """Both slip: the sum and the difference of the blocks are oscillators."""
         f = [self.system.friction(i, self.modes[i]) for i in (0, 1)]
         V, stiffness = self.system.V, 2 * self.system.alpha + 1
@@ -217,22 +204,6 @@ class Phase:
             ((e_sum + -e_gap) * HALF, (e_sum + e_gap) * HALF),
         )
 
-    def _signals(self) -> list[tuple[int, int, Wave]]:
-        """Return what stays positive while the modes last: (block, end, wave)."""
-        # The end is 0 for a landing, 1 or -1 for a rider's upper or lower limit. A rider whose
-        # neighbour slips backward is loaded: e' = V - alpha w >= V > 0, so only its upper limit.
-        found = []
-        for i in (0, 1):
-            mode, other = self.modes[i], self.modes[1 - i]
-            if mode:
-                found.append((i, 0, self.w[i] * arb(mode)))
-                continue
-            limit = self.system.limits[i]
-            found.append((i, 1, -self.e[i] + limit))
-            if other > 0:
-                found.append((i, -1, self.e[i] + limit))
-        return found
-
 
 def oscillator(
     stiffness: Number, drive: Number, friction: Number, x: Number, y: Number
@@ -245,8 +216,3 @@ def oscillator(
         Wave(-rest, none, ((swing, pull / omega),), (omega,)),
         Wave(friction, none, ((-pull, swing * omega),), (omega,)),
     )
-
-
-def positive(x: Number) -> bool:
-    """Whether a quantity is positive on the whole box."""
-    return bool(spread(x) > 0)

@@ -244,7 +244,8 @@ class TaylorStep:
         self.e0 = [like(kind, x) for x in e]
         series = self._coefficients(released)
         self.radius, self.reach, w_parts, e_parts = self._enclosed(series)
-        self.signals = self._signals(w_parts, e_parts)
+        found = signals(modes, system.limits, w_parts, e_parts)
+        self.signals = [(i, end, self._arc(x)) for i, end, x in found]
         self.w = tuple(self._arc(x) for x in w_parts)
         self.e = tuple(self._arc(x) for x in e_parts)
 
@@ -358,19 +359,21 @@ class TaylorStep:
             image.append(combine(lambda part: part.integral(radius), rate) + self.w0[i])
         return image, e
 
-    def _signals(self, w: Any, e: Any) -> list[tuple[int, int, Arc]]:
-        """As `system.Phase`."""
-        found = []
-        for i in (0, 1):
-            mode, other = self.modes[i], self.modes[1 - i]
-            if mode:
-                found.append((i, 0, self._arc(w[i] * arb(mode))))
-                continue
-            limit = self.system.limits[i]
-            found.append((i, 1, self._arc(-e[i] + limit)))
-            if other > 0:
-                found.append((i, -1, self._arc(e[i] + limit)))
-        return found
+
+def signals(modes: Modes, limits: Pair, w: Any, e: Any) -> list[tuple[int, int, Any]]:
+    """Return what stays positive while the modes last: (block, end, function of time)."""
+    # The end is 0 for a landing, 1 or -1 for a rider's upper or lower limit. A rider whose
+    # neighbour slips backward is loaded: e' = V - alpha w >= V > 0, so only its upper limit.
+    found = []
+    for i in (0, 1):
+        mode, other = modes[i], modes[1 - i]
+        if mode:
+            found.append((i, 0, w[i] * arb(mode)))
+            continue
+        found.append((i, 1, -e[i] + limits[i]))
+        if other > 0:
+            found.append((i, -1, e[i] + limits[i]))
+    return found
 
 
 def _tailed(start: Expansion, image: Expansion) -> Expansion:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import Any, Final, Literal, TypeAlias
@@ -128,7 +128,7 @@ class Claim:
     """Something that the paper says of its systems."""
 
     key: str  # short and unique, such as "coulomb.u4"
-    figure: int  # beside which it stands
+    figure: int  # beside which it stands; 0 until the study's table of claims says which
     place: str  # section and paragraph
     statement: str  # what is claimed, in our words
     findings: tuple[Finding, ...] = ()  # all that the verdict depends on besides printed numbers
@@ -169,7 +169,6 @@ class Claim:
 
 def claim(
     key: str,
-    figure: int,
     place: str,
     statement: str,
     *findings: Finding,
@@ -177,16 +176,8 @@ def claim(
     mechanism: str = "",
     note: str = "",
 ) -> Claim:
-    """Make a claim that something decides."""
-    return Claim(key, figure, place, statement, findings, values, mechanism, note)
-
-
-def claims_by_figure(
-    made: Mapping[int, Callable[[], Iterable[Claim]]], figures: Iterable[int] | None
-) -> tuple[Claim, ...]:
-    """Make the claims that belong to some figures, all by default, given what makes them."""
-    wanted = made if figures is None else [number for number in made if number in set(figures)]
-    return tuple(claim for number in wanted for claim in made[number]())
+    """Make a claim that something decides, for a study's table, which tells its figure."""
+    return Claim(key, 0, place, statement, findings, values, mechanism, note)
 
 
 def _in_words(value: Value) -> str:

@@ -5,20 +5,21 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """How a figure is computed, drawn and described."""
+    """How large a figure is, and what computes and draws it."""
 
     columns: str  # "one" or "two"
     height: float  # inches
-    compute: Callable[[], Any]  # all numbers of the figure, immutable
-    draw: Callable[[Any, Figure], None]  # into an empty figure
-    caption: Callable[[Any], str]  # what is shown, with every parameter, and which are not printed
+    # into an empty figure; returns the caption: what is shown, with every parameter, and which are
+    # not printed
+    draw: Callable[[Figure], str]
 
 
 def of_study(package: str) -> dict[int, PaperFigure]:

@@ -124,11 +124,10 @@ def _figure(
     package: str, number: int, folder: Path, formats: tuple[str, ...]
 ) -> tuple[str, tuple[Path, ...]]:
     paper = figures.of_study(package)[number]
-    data = paper.compute()
     with style():
         figure = new_figure(paper.columns, height=paper.height)
-        paper.draw(data, figure)
-        return paper.caption(data), save(figure, folder / f"fig{number:02d}", formats)
+        caption = paper.draw(figure)
+        return caption, save(figure, folder / f"fig{number:02d}", formats)
 
 
 def writable(folder: Path) -> Path:

@@ -20,6 +20,7 @@ SAMPLES: Final = 40  # per unit of time
 class SmoothMotion:
     """Times (k,), displacements (k, n) and velocities (k, n); and what they cost."""
 
+    width: float  # of the smooth law
     t: Floats
     x: Floats
     v: Floats
@@ -45,4 +46,4 @@ def smoothed(
     times = np.linspace(0.0, t_end, int(SAMPLES * t_end) + 1)
     start = np.concatenate([x, v])
     run = solve_ivp(rates, (0.0, t_end), start, "LSODA", times, rtol=rtol, atol=1e-3 * rtol)
-    return SmoothMotion(run.t, run.y[: len(x)].T, run.y[len(x) :].T, int(run.nfev))
+    return SmoothMotion(width, run.t, run.y[: len(x)].T, run.y[len(x) :].T, int(run.nfev))

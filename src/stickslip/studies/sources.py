@@ -1,15 +1,16 @@
 """Find studies by the names of their packages; each is a source with figures and claims.
 
 A package of `stickslip.studies` is a study. It offers ``SOURCE`` and ``TITLE``, ``FIGURES`` in
-``figures`` (see `stickslip.studies.figures`) and a module ``claims`` with ``compute(figures)``. Its
-table of numbers is that of its claims, unless it offers ``values(figures, claims)``.
+``figures`` (see `stickslip.studies.figures`) and in ``claims`` ``CLAIMS``: by the number of a
+figure a function that makes those beside it. Its table of numbers is that of its claims, unless it
+offers ``values(figures, claims)``.
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from stickslip.studies.claim import Claim, Value
@@ -34,8 +35,13 @@ class Source:
 
     def claims(self, figures: tuple[int, ...]) -> tuple[Claim, ...]:
         """Check the claims that belong to some figures."""
-        found: tuple[Claim, ...] = _module(f"{self.package}.claims").compute(figures)
-        return found
+        made = _module(f"{self.package}.claims").CLAIMS
+        return tuple(
+            replace(claim, figure=number)
+            for number in figures
+            if number in made
+            for claim in made[number]()
+        )
 
     def values(self, figures: tuple[int, ...], claims: tuple[Claim, ...]) -> tuple[Value, ...]:
         """Numbers that belong to some figures, given the claims."""

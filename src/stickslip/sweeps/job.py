@@ -305,6 +305,11 @@ class Tile:
         return tuple(map(len, self.values))
 
     @property
+    def size(self) -> int:
+        """Number of points."""
+        return math.prod(self.shape)
+
+    @property
     def region(self) -> tuple[slice, ...]:
         """Place of the tile in the grid."""
         return tuple(slice(a, a + n) for a, n in zip(self.start, self.shape, strict=True))

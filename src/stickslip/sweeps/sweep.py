@@ -362,7 +362,7 @@ def _todo(
     """Return the tiles that are not done, and a function that shows more points as done."""
     done = store.done(tiles(axes, store.chunks))
     total = math.prod(map(len, axes.values()))
-    resumed = sum(_size(tile) for tile in tiles(axes, store.chunks) if done[tile.index])
+    resumed = sum(tile.size for tile in tiles(axes, store.chunks) if done[tile.index])
     state = {"done": resumed}
     began = perf_counter()
 
@@ -373,10 +373,6 @@ def _todo(
 
     show(0)
     return (tile for tile in tiles(axes, store.chunks) if not done[tile.index]), show
-
-
-def _size(tile: Tile) -> int:
-    return math.prod(tile.shape)
 
 
 def _written(
@@ -395,7 +391,7 @@ def _written(
             continue
         check_target("A part of this sweep", computed.target, here)
         store.write(tile, computed)
-        show(_size(tile))
+        show(tile.size)
     if failed:
         tile, error = failed[0]
         where = ", ".join(f"{a} to {a + n}" for a, n in zip(tile.start, tile.shape, strict=True))

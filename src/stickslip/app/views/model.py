@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -15,10 +16,10 @@ from stickslip.analysis.maps.derived import LineMap
 from stickslip.app.jobs import checkpoint
 from stickslip.app.requests import BadRequestError, Part, fastest, is_ours, model_of, refuse_busy
 from stickslip.errors import NoCycleError
-from stickslip.mechanics.cycle.return_map import LineReturnMap, ReturnMap, SectionMap, return_map
+from stickslip.mechanics.cycle.return_map import SectionMap, return_map
 from stickslip.mechanics.cycle.return_map import map_of as map_of_model
 from stickslip.mechanics.cycle.search import find_cycle
-from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap, ModelMap
+from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.records import Outputs
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus as geometry
@@ -115,25 +116,12 @@ class Watched(ModelMap):
         return WatchedBackend(super()._backend_of(controls))
 
 
-class WatchedEventMap(Watched, EventMap):
-    """Of two blocks."""
+@cache
+def _watched_kind(kind: type) -> Any:
+    """Make the watched kind of a kind of map, as `Watched` is one of all."""
+    return type(f"Watched{kind.__name__}", (Watched, kind), {})
 
 
-class WatchedBlocksMap(Watched, BlocksEventMap):
-    """Of more."""
-
-
-class WatchedLineReturnMap(Watched, LineReturnMap):
-    """Of a contact, one number a point."""
-
-
-class WatchedReturnMap(Watched, ReturnMap):
-    """Of a contact."""
-
-
-WATCHED: Final[dict[type, Any]] = {
-    base: cls for cls in Watched.__subclasses__() for base in cls.__bases__ if base is not Watched
-}
 PATIENCE: Final = 1e4  # times the inverse of the fastest rate: how long a return is waited for
 
 
@@ -151,7 +139,8 @@ def any_map(request: OfMap) -> Any:
 
 def watched(f: Any, **changes: Any) -> Any:
     """Make a map whose work can be called off from one that goes on."""
-    return WATCHED[type(f)](f.model, **{**f.settings, **changes})
+    kind: Any = type(f)
+    return _watched_kind(kind)(f.model, **{**f.settings, **changes})
 
 
 def settings_of(section: Section) -> dict[str, Any]:

@@ -68,7 +68,7 @@ def _matches(name: str, text: str, found: arb, digits: int) -> None:
 def _orbit(motion: Motion, c: Orbit, digits: int) -> None:
     """Check an orbit: where it is, how far it is alone, and what it does to what is near."""
     points = [ball(text) for text in c.points]
-    tight, _ = _branch(motion, c.itinerary, points[0].mid(), 3, arb(10) ** (-digits - 20))
+    tight, _ = _branch(motion, c.itinerary, points[0].mid(), arb(10) ** (-digits - 20))
     x, slope = tight, arb(1)
     for k, text in enumerate(c.points):
         _matches(f"points[{k}]", text, x, digits)
@@ -184,7 +184,7 @@ def _border(values: dict[str, str], c: Border, digits: int) -> tuple[arb, list[a
             raise Refused(f"value is stated as {c.value}, and is {root.str(digits, radius=False)}")
         sides = [_Side(_at(values, c, p), c, digits) for p in (low, high)]
     there, without = sides if c.exists == "below" else sides[::-1]
-    x, _ = _branch(there.motion, c.itinerary, there.edge, 3, arb(10) ** (-digits - 20))
+    x, _ = _branch(there.motion, c.itinerary, there.edge, arb(10) ** (-digits - 20))
     points = []
     for k, text in enumerate(c.points):
         points.append(x)
@@ -361,7 +361,7 @@ def _critical(
 
 def _flipped(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb, arb]:
     """Enclose the orbit's point near x, and its multiplier + 1."""
-    x, slope = _branch(motion, words, x, 3, radius)
+    x, slope = _branch(motion, words, x, radius)
     return x, slope + 1
 
 
@@ -381,9 +381,9 @@ def _extremum(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[ar
     return new, here[0] - x + (around[1] - 1) * (new - x)
 
 
-def _branch(motion: Motion, words: list[str], x: arb, rounds: int, radius: arb) -> tuple[arb, arb]:
+def _branch(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb, arb]:
     """Enclose the first point of an orbit near x, and its multiplier, by Newton's method."""
-    for _ in range(rounds):
+    for _ in range(3):  # without proof; what follows proves where they led
         end, slope = _power(motion, x, words)
         x = (x - (end - x) / (slope - 1)).mid()
     near = x + arb(0, radius.upper())

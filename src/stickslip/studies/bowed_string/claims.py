@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -19,17 +19,12 @@ from stickslip.studies.bowed_string.string import (
     smallest,
     stepped,
 )
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 LIMITS: Final = "Schelleng's limits as derived in euphonics.org, section 9.3.1"
 HERE: Final = "computed here; docs/studies/bowed_string.md"
 STEPS: Final = (225, 900)
 """Steps a period; the first is 44.1 kHz at a violin's open G."""
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _limits, 2: _cycle, 3: _pitch}, figures)
 
 
 def _limits() -> Iterator[Claim]:
@@ -40,7 +35,6 @@ def _limits() -> Iterator[Claim]:
     above = [s for s in kept if s.force > largest(s.place)]
     yield claim(
         "bowed.maximum",
-        1,
         LIMITS,
         "Above 2 Z V / (beta (mu_s - mu_d)) Helmholtz motion breaks down",
         Finding(
@@ -56,7 +50,6 @@ def _limits() -> Iterator[Claim]:
     weak = [s for s in found if s.force < 1.5 * smallest(s.place)]
     yield claim(
         "bowed.minimum",
-        1,
         LIMITS,
         "Below Z^2 V / (2 R beta^2 (mu_s - mu_d)) it does so, too",
         Finding(
@@ -80,7 +73,6 @@ def _cycle() -> Iterator[Claim]:
     slips = [_slip(each.events, each.period) for each in orbits]
     yield claim(
         "bowed.cycle",
-        2,
         HERE,
         "Helmholtz motion is a cycle of two events that attracts",
         Finding(
@@ -118,7 +110,6 @@ def _pitch() -> Iterator[Claim]:
     coarse, fine = STEPS
     yield claim(
         "bowed.pitch",
-        3,
         HERE,
         "The pitch flattens as the bow presses harder, by a few cents",
         Finding(
@@ -134,3 +125,6 @@ def _pitch() -> Iterator[Claim]:
             abs(spread[coarse] - PERIOD / coarse) < 1e-9 and off[fine] < off[coarse],
         ),
     )
+
+
+CLAIMS: Final = {1: _limits, 2: _cycle, 3: _pitch}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -20,7 +20,7 @@ from stickslip.studies.burridge_knopoff.facts import (
     lone_moment,
 )
 from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 ACCEPTED: Final = 0.1  # least p-value of a fit that is not ruled out, as the source of the method
 DECISIVE: Final = 2.0  # standard errors
@@ -30,17 +30,11 @@ WATCHED: Final = 5.0  # time over which energy is accounted for
 UNREAD: Final = "Of the source only the first page was read: no number of it is compared."
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _motion, 2: _sizes, 3: _drive}, figures)
-
-
 def _motion() -> Iterator[Claim]:
     found = catalogue(STIFF, SPEEDS[0])
     counts, waits = np.unique(found.count).size, np.diff([slip.start for slip in found.slips])
     yield claim(
         "burridge_knopoff.noisy",
-        1,
         "Carlson and Langer (1989), abstract",
         "A uniform chain without randomness makes noisy sequences of slips of all sizes",
         Finding(
@@ -63,7 +57,6 @@ def _motion() -> Iterator[Claim]:
     drift = float(np.ptp(balance) / np.abs(balance).max())
     yield claim(
         "burridge_knopoff.balance",
-        1,
         "docs/theory/blocks.md",
         "Slips bring the blocks back as far as the belt takes them forward",
         Finding(
@@ -85,7 +78,6 @@ def _sizes() -> Iterator[Claim]:
     law = fitted(STIFF, SPEEDS[0])
     yield claim(
         "burridge_knopoff.power_law",
-        2,
         "Carlson and Langer (1989), abstract",
         "Sizes are distributed consistently with the law of Gutenberg and Richter",
         Finding(
@@ -110,7 +102,6 @@ def _sizes() -> Iterator[Claim]:
     soft = fit_power_law(local, np.random.default_rng(SEED), smallest=float(np.median(local)))
     yield claim(
         "burridge_knopoff.equal_springs",
-        2,
         "De Sousa Vieira (1996), abstract",
         "With springs of equal stiffness sizes are distributed exponentially",
         Finding(
@@ -130,7 +121,6 @@ def _drive() -> Iterator[Claim]:
     away = abs(laws[0].exponent - laws[1].exponent) / np.hypot(laws[0].error, laws[1].error)
     yield claim(
         "burridge_knopoff.drive",
-        3,
         "docs/studies/burridge_knopoff.md",
         "Sizes do not depend on how slowly the belt moves; overlaps do",
         Finding(
@@ -156,7 +146,6 @@ def _drive() -> Iterator[Claim]:
     excess = [e / limit - 1.0 for e in expected]
     yield claim(
         "burridge_knopoff.lone",
-        3,
         "docs/studies/burridge_knopoff.md",
         "A block that slips alone always does so by as much, which has a limit V -> 0",
         Finding(
@@ -182,3 +171,6 @@ def _exponent(law: PowerLaw, V: float) -> Value:
         2,
         "maximum likelihood (Clauset et al. 2009)",
     )
+
+
+CLAIMS: Final = {1: _motion, 2: _sizes, 3: _drive}

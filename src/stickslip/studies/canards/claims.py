@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -30,7 +30,7 @@ from stickslip.studies.canards.block import (
     touching,
     unseen,
 )
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 NOT_READ: Final = "source not read; its abstract's phenomenon, parameters chosen here"
 HERE: Final = "computed here; docs/studies/canards.md"
@@ -43,11 +43,6 @@ WAITED: Final = 0.5
 TOLERANCES: Final = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 STEP: Final = 0.01
 ROUNDINGS: Final = 4.0 * 2.0**-52
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _branches, 2: _touch, 3: _smooth}, figures)
 
 
 def off(motion: Motion) -> float:
@@ -69,7 +64,6 @@ def _branches() -> Iterator[Claim]:
     errors = [off(regular(slip)) for slip in SLIPS]
     yield claim(
         "canards.onset",
-        1,
         HERE,
         "A block that friction holds can be kept in motion from a force on that has a closed form",
         Finding(
@@ -96,7 +90,6 @@ def _branches() -> Iterator[Claim]:
     steep = float(np.abs(end.multipliers).max())
     yield claim(
         "canards.end",
-        1,
         NOT_READ,
         "The branch of unstable motions ends where the needed force only just touches the limit",
         Finding(
@@ -134,7 +127,6 @@ def _touch() -> Iterator[Claim]:
     x = np.abs(run.x(np.linspace(39.0 * PERIOD, 40.0 * PERIOD, 20_001))).max()
     yield claim(
         "canards.touch",
-        2,
         NOT_READ,
         "Where the needed force touches its limit, what follows is not unique",
         Finding(
@@ -162,7 +154,6 @@ def _touch() -> Iterator[Claim]:
     slips = bool(from_rest(0.9 * missed).events)
     yield claim(
         "canards.steps",
-        2,
         HERE,
         "Fixed steps do not see a limit that is passed for less than a step",
         Finding(
@@ -180,7 +171,6 @@ def _touch() -> Iterator[Claim]:
     held = [motion.force + motion.x - 1.0 for motion in waits]
     yield claim(
         "canards.family",
-        2,
         HERE,
         "Waits beyond a touch make a family of motions from the branch's end to rest",
         Finding(
@@ -212,7 +202,6 @@ def _smooth() -> Iterator[Claim]:
     ratios = np.divide(errors[:-1], errors[1:])
     yield claim(
         "canards.smooth",
-        3,
         NOT_READ,
         "With smooth friction the family exists, and connects what it connects",
         Finding(
@@ -227,7 +216,6 @@ def _smooth() -> Iterator[Claim]:
     left = [smooth_leaving(chosen, rtol) for rtol in TOLERANCES]
     yield claim(
         "canards.forward",
-        3,
         HERE,
         "No integration forward in time can show it: what is seen is the tolerance",
         Finding(
@@ -255,3 +243,6 @@ def _told(left: list[float]) -> str:
 def _shift(canard: SmoothCanard) -> float:
     """How far the edge lies from the exact one."""
     return canard.x - (1.0 - canard.force)
+
+
+CLAIMS: Final = {1: _branches, 2: _touch, 3: _smooth}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,7 +13,6 @@ from stickslip.studies.canards.block import (
     GIVEN,
     MU,
     Motion,
-    SmoothCanard,
     canard,
     from_rest,
     harmonic_balance,
@@ -27,6 +25,8 @@ from stickslip.studies.canards.claims import PHASES, WIDTHS
 from stickslip.studies.figures import PaperFigure
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -35,38 +35,16 @@ if TYPE_CHECKING:
 DOTTED: Final = (0, (1, 1.5))
 FORCE: Final = "amplitude of the force"
 AT_REST: Final = "displacement at rest"
+WAITS: Final = (0.3, 0.6, 0.9, 1.2)
+SHOWN: Final = (-0.15, -0.1, -0.05, 0.05, *PHASES)
 
 
-# Figure 1: all motions over the force.
-@dataclass(frozen=True)
-class Branches:
-    """Forces and displacements: attracting, repelling and waiting motions."""
-
-    attracts: Floats
-    repels: Floats
-    waits: Floats
-
-
-def compute_branches() -> Branches:
-    """Take the closed forms along the time of a slip."""
-    least, end = onset().slip, touching().slip
-    return Branches(
-        _curve([regular(slip) for slip in np.linspace(least, 4.4, 200).tolist()]),
-        _curve([regular(slip) for slip in np.linspace(end, least, 100).tolist()]),
-        _curve([canard(slip) for slip in np.linspace(0.05, end, 100).tolist()]),
-    )
-
-
-def _curve(motions: list[Motion]) -> Floats:
-    return np.array([(motion.force, motion.x) for motion in motions]).T
-
-
-def draw_branches(data: Branches, figure: Figure) -> None:
-    """Draw motions, rest, and harmonic balance."""
+def draw_branches(figure: Figure) -> str:
+    """Draw all motions over the force, rest, and harmonic balance."""
     ax = figure.add_subplot()
     ax.fill_between([0.0, 1.0], [1.0, 0.0], color=PALETTE["light"], lw=0)
     ax.text(0.17, 0.35, "rests for ever")
-    _draw_exact(ax, data)
+    _draw_exact(ax)
     force = np.linspace(4.0 * MU / math.pi, 1.2, 200)
     balance = [harmonic_balance(a) for a in force.tolist()]
     ax.plot(force, balance, color=PALETTE["green"], ls=DOTTED, label="harmonic balance")
@@ -75,17 +53,6 @@ def draw_branches(data: Branches, figure: Figure) -> None:
     ax.set_xlabel(FORCE)
     ax.set_ylabel(AT_REST)
     ax.legend(loc="upper left")
-
-
-def _draw_exact(ax: Axes, data: Branches) -> None:
-    ax.plot(*data.attracts, color=PALETTE["blue"], label="attracts")
-    ax.plot(*data.repels, color=PALETTE["blue"], ls=DASHED, label="repels")
-    ax.plot(*data.waits, color=PALETTE["vermillion"], label="canards")
-    ax.plot(touching().force, touching().x, "o", color=PALETTE["black"], ms=4.0, zorder=3)
-
-
-def describe_branches(data: Branches) -> str:
-    """Describe the picture."""
     return (
         f"Displacement between slips of the shaken block over the force, mu = {MU:g}, frequency "
         f"{FREQUENCY:g}; grey: it rests. The branch of motions that repel begins at "
@@ -94,27 +61,51 @@ def describe_branches(data: Branches) -> str:
     )
 
 
-# Figure 2: what may follow a touch.
-@dataclass(frozen=True)
-class Answers:
-    """Phases of the force, needed force at rest, the engine's motion and some waits."""
-
-    phase: Floats
-    needed: Floats
-    engine: Floats
-    waits: tuple[tuple[float, Floats], ...]
-
-
-WAITS: Final = (0.3, 0.6, 0.9, 1.2)
+def _draw_exact(ax: Axes) -> None:
+    """Draw the closed forms along the time of a slip."""
+    least, end = onset().slip, touching().slip
+    blue, red = PALETTE["blue"], PALETTE["vermillion"]
+    ax.plot(*_curve(regular, least, 4.4, 200), color=blue, label="attracts")
+    ax.plot(*_curve(regular, end, least, 100), color=blue, ls=DASHED, label="repels")
+    ax.plot(*_curve(canard, 0.05, end, 100), color=red, label="canards")
+    ax.plot(touching().force, touching().x, "o", color=PALETTE["black"], ms=4.0, zorder=3)
 
 
-def compute_answers() -> Answers:
-    """Start at rest where the force will touch its limit."""
+def _curve(family: Callable[[float], Motion], low: float, high: float, n: int) -> Floats:
+    """Return forces and displacements of a family of motions, by the time of their slips."""
+    motions = [family(slip) for slip in np.linspace(low, high, n).tolist()]
+    return np.array([(motion.force, motion.x) for motion in motions]).T
+
+
+def draw_answers(figure: Figure) -> str:
+    """Draw the needed force at rest that touches its limit, and what may follow."""
+    force, moves = figure.subplots(1, 2)
     phase = np.linspace(-0.5 * math.pi, 0.7 * math.pi, 1201)
-    run = from_rest(0.0)
-    engine = run.x((phase + 0.5 * math.pi) / FREQUENCY)[:, 0]
-    needed = GIVEN * np.cos(phase) + 1.0 - GIVEN
-    return Answers(phase, needed, engine, tuple((wait, _waiting(wait, phase)) for wait in WAITS))
+    force.plot(phase, GIVEN * np.cos(phase) + 1.0 - GIVEN, color=PALETTE["black"])
+    for level, label in ((1.0, "limit at rest"), (MU, "friction in motion")):
+        force.axhline(level, color=PALETTE["grey"], ls=DASHED)
+        force.text(-0.7, level + 0.03, label, color=PALETTE["grey"])
+    force.plot(0.0, 1.0, "o", color=PALETTE["blue"])
+    for wait in WAITS:
+        force.plot(wait, GIVEN * math.cos(wait) + 1.0 - GIVEN, "o", color=PALETTE["vermillion"])
+    force.set_ylim(-0.3, 1.2)
+    force.set_ylabel("force needed for rest")
+    for wait in WAITS:
+        moves.plot(phase, _waiting(wait, phase), color=PALETTE["vermillion"])
+    moves.axhline(GIVEN - 1.0, color=PALETTE["black"], ls=DASHED)
+    engine = from_rest(0.0).x((phase + 0.5 * math.pi) / FREQUENCY)[:, 0]
+    moves.plot(phase, engine, color=PALETTE["blue"])
+    moves.set_ylabel("displacement")
+    for ax, letter in zip((force, moves), "ab", strict=True):
+        ax.set_xlim(-0.5 * math.pi, 0.7 * math.pi)
+        ax.set_xlabel("phase of the force")
+        panel_letter(ax, letter)
+    return (
+        f"From rest at {GIVEN - 1.0:g} with force {GIVEN:g}: (a) the needed force touches the "
+        "limit; (b) the exact motion as it is followed (blue), rest (dashed), and slips after "
+        f"waits of {', '.join(map(str, WAITS))} (red), which obey the law of friction except that "
+        "they begin below the limit."
+    )
 
 
 def _waiting(wait: float, phase: Floats) -> Floats:
@@ -125,74 +116,19 @@ def _waiting(wait: float, phase: Floats) -> Floats:
     return np.asarray(np.maximum.accumulate(x))
 
 
-def draw_answers(data: Answers, figure: Figure) -> None:
-    """Draw needed force and displacements."""
-    force, moves = figure.subplots(1, 2)
-    force.plot(data.phase, data.needed, color=PALETTE["black"])
-    for level, label in ((1.0, "limit at rest"), (MU, "friction in motion")):
-        force.axhline(level, color=PALETTE["grey"], ls=DASHED)
-        force.text(-0.7, level + 0.03, label, color=PALETTE["grey"])
-    force.plot(0.0, 1.0, "o", color=PALETTE["blue"])
-    for wait in WAITS:
-        force.plot(wait, GIVEN * math.cos(wait) + 1.0 - GIVEN, "o", color=PALETTE["vermillion"])
-    force.set_ylim(-0.3, 1.2)
-    force.set_ylabel("force needed for rest")
-    for _, x in data.waits:
-        moves.plot(data.phase, x, color=PALETTE["vermillion"])
-    moves.axhline(GIVEN - 1.0, color=PALETTE["black"], ls=DASHED)
-    moves.plot(data.phase, data.engine, color=PALETTE["blue"])
-    moves.set_ylabel("displacement")
-    for ax, letter in zip((force, moves), "ab", strict=True):
-        ax.set_xlim(-0.5 * math.pi, 0.7 * math.pi)
-        ax.set_xlabel("phase of the force")
-        panel_letter(ax, letter)
-
-
-def describe_answers(data: Answers) -> str:
-    """Describe the panels."""
-    return (
-        f"From rest at {GIVEN - 1.0:g} with force {GIVEN:g}: (a) the needed force touches the "
-        "limit; (b) the exact motion as it is followed (blue), rest (dashed), and slips after "
-        f"waits of {', '.join(map(str, WAITS))} (red), which obey the law of friction except that "
-        "they begin below the limit."
-    )
-
-
-# Figure 3: smooth friction.
-SHOWN: Final = (-0.15, -0.1, -0.05, 0.05, *PHASES)
-
-
-@dataclass(frozen=True)
-class SmoothBranches:
-    """Exact motions, and for each width what smooth friction has instead."""
-
-    exact: Branches
-    smooth: tuple[tuple[SmoothCanard, ...], ...]
-
-
-def compute_smooth() -> SmoothBranches:
-    """Solve for motions that begin to slip at some phases."""
-    found = (tuple(smooth_canard(phase, width) for phase in SHOWN) for width in WIDTHS)
-    return SmoothBranches(compute_branches(), tuple(found))
-
-
-def draw_smooth(data: SmoothBranches, figure: Figure) -> None:
-    """Draw exact branches, and points of the smooth ones."""
+def draw_smooth(figure: Figure) -> str:
+    """Draw exact branches, and points of those that smooth friction has instead."""
     ax = figure.add_subplot()
-    _draw_exact(ax, data.exact)
-    marks = zip(data.smooth, ("v", "s", "+"), ("grey", "green", "black"), strict=True)
-    for row, mark, name in marks:
+    _draw_exact(ax)
+    for width, mark, name in zip(WIDTHS, ("v", "s", "+"), ("grey", "green", "black"), strict=True):
+        row = [smooth_canard(phase, width) for phase in SHOWN]
         at = np.array([(each.force, each.x) for each in row]).T
-        ax.plot(*at, mark, color=PALETTE[name], ms=3.5, label=f"smooth, width {row[0].width:g}")
+        ax.plot(*at, mark, color=PALETTE[name], ms=3.5, label=f"smooth, width {width:g}")
     ax.set_xlim(0.4, 1.02)
     ax.set_ylim(0.0, 0.75)
     ax.set_xlabel(FORCE)
     ax.set_ylabel(AT_REST)
     ax.legend(loc="upper right")
-
-
-def describe_smooth(data: SmoothBranches) -> str:
-    """Describe the picture."""
     return (
         "With smooth friction one family of motions (points) leads from the branch that repels, "
         "past its end (dot), along the canards to rest. "
@@ -201,7 +137,7 @@ def describe_smooth(data: SmoothBranches) -> str:
 
 
 FIGURES: Final = {
-    1: PaperFigure("one", 3.0, compute_branches, draw_branches, describe_branches),
-    2: PaperFigure("two", 2.6, compute_answers, draw_answers, describe_answers),
-    3: PaperFigure("one", 3.0, compute_smooth, draw_smooth, describe_smooth),
+    1: PaperFigure("one", 3.0, draw_branches),
+    2: PaperFigure("two", 2.6, draw_answers),
+    3: PaperFigure("one", 3.0, draw_smooth),
 }

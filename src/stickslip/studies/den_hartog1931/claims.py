@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import cache
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -15,13 +14,16 @@ from stickslip.mechanics.cycle.stroboscopic import stroboscopic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.contact import Harmonic
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.den_hartog1931.closed_forms import (
     amplitude,
     one_harmonic,
     one_stop_amplitude,
     stop_boundary,
 )
+
+if TYPE_CHECKING:
+    from stickslip.analysis.continuation.curve import CurveEvent
 
 RATIOS: Final = (0.2, 0.4, 0.6)  # of friction over forcing
 FREQUENCIES: Final = (0.55, 0.7, 0.85, 1.2, 1.5, 2.0)
@@ -32,16 +34,6 @@ NO_STOP: Final = (0.7, 2.0)  # frequency and forcing
 ONE_STOP: Final = (0.5, 1.8)
 TWO_STOPS: Final = (0.2, 3.0)
 ABOVE: Final = (1.5, 5 / 3)
-
-
-@dataclass(frozen=True)
-class Boundary:
-    """Smallest forcing without stops at a frequency: where the branch of motions changes."""
-
-    frequency: float
-    forcing: float
-    error: float
-    kind: str
 
 
 @cache
@@ -63,22 +55,16 @@ def largest(cycle: Cycle) -> float:
 
 
 @cache
-def boundaries() -> tuple[Boundary, ...]:
-    """Follow motions without stops down in the forcing until they begin to stop."""
-    found = []
+def boundaries() -> dict[float, CurveEvent]:
+    """Follow motions without stops down in the forcing until they begin to stop, by frequency."""
+    found = {}
     for frequency in ON_BOUNDARY:
         # The closed form says where to look, not what is found there.
         guess = stop_boundary(frequency)
         cycle = steady(frequency, 1.1 * guess)
         branch = follow_cycle(cycle, "forcing.amplitude", (0.97 * guess, 1.15 * guess))
-        change = max(branch.bifurcations, key=lambda item: item.value)
-        found.append(Boundary(frequency, change.value, change.error, change.kind))
-    return tuple(found)
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _amplitude, 2: _boundary, 3: _stopping}, figures)
+        found[frequency] = max(branch.bifurcations, key=lambda item: item.value)
+    return found
 
 
 def _amplitude() -> Iterator[Claim]:
@@ -88,7 +74,6 @@ def _amplitude() -> Iterator[Claim]:
     apart = [abs(largest(steady(*pair)) - expected[pair]) for pair in pairs]
     yield claim(
         "den_hartog.amplitude",
-        1,
         NOT_READ,
         "Without stops the amplitude is the square root of (a V)^2 - (f U)^2",
         Finding(
@@ -102,11 +87,10 @@ def _amplitude() -> Iterator[Claim]:
 
 def _boundary() -> Iterator[Claim]:
     found = boundaries()
-    apart = [abs(item.forcing - stop_boundary(item.frequency)) for item in found]
-    kinds = ", ".join(f"{item.kind} at frequency {item.frequency:g}" for item in found)
+    apart = [abs(change.value - stop_boundary(at)) for at, change in found.items()]
+    kinds = ", ".join(f"{change.kind} at frequency {at:g}" for at, change in found.items())
     yield claim(
         "den_hartog.boundary",
-        2,
         NOT_READ,
         "Motions begin to stop where (f/a)^2 = V^2 / (U^2 + S^2)",
         Finding(
@@ -116,29 +100,23 @@ def _boundary() -> Iterator[Claim]:
         ),
         values=tuple(
             Value(
-                f"a/f of the first stop, frequency {item.frequency:g}",
-                item.forcing,
-                max(item.error, 1e-13),
+                f"a/f of the first stop, frequency {at:g}",
+                change.value,
+                max(change.error, 1e-13),
                 2,
-                item.kind,
+                change.kind,
             )
-            for item in found
+            for at, change in found.items()
         ),
         mechanism=f"the velocity first vanishes at the turn, or before it: {kinds}",
     )
 
 
 def _stopping() -> Iterator[Claim]:
-    yield from _stops()
-    yield from _one_harmonic()
-
-
-def _stops() -> Iterator[Claim]:
     counts = [stops(steady(*pair)) for pair in (NO_STOP, ONE_STOP, TWO_STOPS)]
     found, expected = largest(steady(*ONE_STOP)), one_stop_amplitude(*ONE_STOP)
     yield claim(
         "den_hartog.stops",
-        3,
         NOT_READ,
         "With weaker forcing the block stops once, or twice, in each half period",
         Finding(
@@ -153,11 +131,7 @@ def _stops() -> Iterator[Claim]:
         ),
         values=(_largest(*ONE_STOP, 3),),
     )
-
-
-def _one_harmonic() -> Iterator[Claim]:
     pairs = (NO_STOP, ONE_STOP, ABOVE)
-    stopped = stops(steady(*ONE_STOP))
     apart = [one_harmonic(*pair) / largest(steady(*pair)) - 1.0 for pair in pairs]
     told = ", ".join(
         f"{off:+.1%} at frequency {frequency:g}, a/f = {forcing:.3g}"
@@ -165,14 +139,13 @@ def _one_harmonic() -> Iterator[Claim]:
     )
     yield claim(
         "den_hartog.one_harmonic",
-        3,
         "the usual tool, beside",
         "Balance of one harmonic misjudges amplitudes, and knows no stops",
         Finding("it is off by more than a tenth", told, min(map(abs, apart)) > 0.1),
         Finding(
             "it has a motion without stops where the block stops in each half period",
-            f"amplitude {one_harmonic(*ONE_STOP):.4f}; stops in a period: {stopped}",
-            np.isfinite(one_harmonic(*ONE_STOP)) and stopped == 2,
+            f"amplitude {one_harmonic(*ONE_STOP):.4f}; stops in a period: {counts[1]}",
+            np.isfinite(one_harmonic(*ONE_STOP)) and counts[1] == 2,
         ),
     )
 
@@ -180,3 +153,6 @@ def _one_harmonic() -> Iterator[Claim]:
 def _largest(frequency: float, forcing: float, figure: int) -> Value:
     name = f"amplitude at frequency {frequency:g}, a/f = {forcing:g}"
     return Value(name, largest(steady(frequency, forcing)), 1e-13, figure, "event by event")
+
+
+CLAIMS: Final = {1: _amplitude, 2: _boundary, 3: _stopping}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.drill_string.string import (
     BELOW,
     DRIVE,
@@ -31,6 +31,7 @@ from stickslip.studies.drill_string.string import (
     smooth_motions,
     stick_end,
     stick_slip,
+    swing_left,
     turning,
 )
 
@@ -39,11 +40,6 @@ HERE: Final = "computed here; docs/studies/drill_string.md"
 CLOSE: Final = 1e-12  # relative
 MET: Final = 1e-9  # relative, of the ends of two branches found in two ways
 BETWEEN: Final = 30.0  # a drive at which rotation and stick-slip both attract
-
-
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _branches, 2: _both, 3: _smooth, 4: _long}, figures)
 
 
 def _branches() -> Iterator[Claim]:
@@ -56,7 +52,6 @@ def _branches() -> Iterator[Claim]:
     ]
     yield claim(
         "drill_string.hopf",
-        1,
         NOT_READ,
         "Steady rotation loses its stability as the drive is turned down",
         Finding(
@@ -76,7 +71,6 @@ def _branches() -> Iterator[Claim]:
     sizes = [abs(each.largest_multiplier) for each in never]
     yield claim(
         "drill_string.hysteresis",
-        1,
         NOT_READ,
         "Stick-slip goes on far above the drive at which rotation became stable",
         Finding(
@@ -120,7 +114,6 @@ def _both() -> Iterator[Claim]:
     sticks = [run.events[-1].time > 0.9 * LONG if run.events else False for run in runs]
     yield claim(
         "drill_string.both",
-        2,
         HERE,
         "In between a jolt decides whether the string turns or sticks and slips",
         Finding(
@@ -134,27 +127,26 @@ def _both() -> Iterator[Claim]:
 
 def _smooth() -> Iterator[Claim]:
     exact, runs = smooth_motions()
-    period = turning()[-1].period
+    period, left = turning()[-1].period, [swing_left(run) for run in runs]
     told = "; ".join(
-        f"width {run.width:g}: range of speed {run.swing:.2g}, "
-        f"{run.motion.evaluations * period / LONG:.0f} evaluations a period"
-        for run in runs
+        f"width {run.width:g}: range of speed {swing:.2g}, "
+        f"{run.evaluations * period / LONG:.0f} evaluations a period"
+        for run, swing in zip(runs, left, strict=True)
     )
     yield claim(
         "drill_string.smooth",
-        3,
         HERE,
         "Friction made smooth ends stick-slip too early",
         Finding(
             f"at {BELOW:g} of the drive at which it ends, from the exact cycle, smooth laws as "
             "narrow as 1 % of the speed of rotation come to rotate steadily",
             f"exact range {exact:.4f}, 2 events a period; {told}",
-            all(run.swing < 1e-6 * exact for run in runs[:3]),
+            max(left[:3]) < 1e-6 * exact,
         ),
         Finding(
             "one five times narrower sticks and slips",
-            f"its range of speed differs by {abs(runs[-1].swing / exact - 1.0):.1%}",
-            abs(runs[-1].swing / exact - 1.0) < 0.02,
+            f"its range of speed differs by {abs(left[-1] / exact - 1.0):.1%}",
+            abs(left[-1] / exact - 1.0) < 0.02,
         ),
     )
 
@@ -167,7 +159,6 @@ def _long() -> Iterator[Claim]:
     slow = [abs(each[-1].largest_multiplier) for each in (cycles, reduced)]
     yield claim(
         "drill_string.long",
-        4,
         HERE,
         f"A string of {ELEMENTS} elements does the same, and two discs tell it roughly",
         Finding(
@@ -200,3 +191,6 @@ def _long() -> Iterator[Claim]:
             Value(f"drive where stick-slip ends, {ELEMENTS}", many[2], 10 * FINEST, 4, "motions"),
         ),
     )
+
+
+CLAIMS: Final = {1: _branches, 2: _both, 3: _smooth, 4: _long}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -115,9 +114,9 @@ def drive_at(cycle: Cycle) -> float:
     return cycle.model.parameters[DRIVE]
 
 
-def lower_speed(motion: Trajectory, n: int = 513) -> Floats:
+def lower_speed(motion: Trajectory) -> Floats:
     """Speeds of the lower disc over a motion."""
-    return motion.x(np.linspace(0.0, motion.t[-1], n))[:, 2]
+    return motion.x(np.linspace(0.0, motion.t[-1], 513))[:, 2]
 
 
 # --- friction made smooth -------------------------------------------------------------------
@@ -127,28 +126,19 @@ BELOW: Final = 0.98  # of the drive at which stick-slip ends
 LONG: Final = 300.0
 
 
-@dataclass(frozen=True)
-class Smooth:
-    """A smooth law beside the exact cycle: range of the lower disc's speed at the end."""
-
-    width: float
-    motion: SmoothMotion
-
-    @property
-    def swing(self) -> float:
-        """Range of the lower disc's speed in the last twentieth of the time."""
-        return float(np.ptp(self.motion.v[self.motion.t > 0.95 * LONG, 2]))
+def swing_left(run: SmoothMotion) -> float:
+    """Range of the lower disc's speed in the last twentieth of the time."""
+    return float(np.ptp(run.v[run.t > 0.95 * LONG, 2]))
 
 
 @cache
-def smooth_motions() -> tuple[float, tuple[Smooth, ...]]:
+def smooth_motions() -> tuple[float, tuple[SmoothMotion, ...]]:
     """Return the exact range of speed, and motions with smooth laws from the exact cycle."""
     drive = BELOW * stick_end().value
     exact = period_of(drive, float(stick_slip().at(**{DRIVE: drive}).points[0]))
-    swing = float(np.ptp(exact.x(np.linspace(0.0, exact.t[-1], 513))[:, 2]))
+    swing = float(np.ptp(lower_speed(exact)))
     start, model = exact.x(0.0), MODEL.replace(**{DRIVE: drive})
-    runs = [Smooth(w, smoothed(model, w, np.zeros(0), start, LONG)) for w in WIDTHS]
-    return swing, tuple(runs)
+    return swing, tuple(smoothed(model, w, np.zeros(0), start, LONG) for w in WIDTHS)
 
 
 # --- a string of many elements --------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from typing import Final
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip import examples
 from stickslip.mechanics.cycle.return_region import ReturnRegion, return_region
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 RANGE: Final = (0.0366, 0.5)  # from the paper's own speed on
 VALUES: Final = 41
@@ -24,18 +24,12 @@ def region() -> ReturnRegion:
     return return_region(examples.coulomb(), "V", RANGE, n_values=VALUES, n_points=POINTS)
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _gaps, 2: _cycles}, figures)
-
-
 def _gaps() -> Iterator[Claim]:
     found = region()
     gaps = [gap for gaps in found.gaps for gap in gaps]
     slow = found.lost[found.values < 0.3]
     yield claim(
         "fast.gaps",
-        1,
         PLACE,
         "On faster belts the event map has gaps: motions that never stick together",
         Finding(
@@ -65,7 +59,6 @@ def _cycles() -> Iterator[Claim]:
     opened = found.values[np.flatnonzero(found.lost)[0]]
     yield claim(
         "fast.cycles",
-        2,
         PLACE,
         "Gaps open where a cycle without global stick begins to attract",
         Finding(
@@ -84,3 +77,6 @@ def _cycles() -> Iterator[Claim]:
             for number, start in enumerate(starts, start=1)
         ),
     )
+
+
+CLAIMS: Final = {1: _gaps, 2: _cycles}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -15,7 +15,7 @@ from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.contact import Harmonic
 from stickslip.numerics.arrays import Floats
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 LAW: Final = PoppStelter(gamma=1.42, delta=0.4, eta=0.01)
 SPEED: Final = 1.0
@@ -73,11 +73,6 @@ def sweep() -> Sweep:
     return Sweep(frequency, states[..., 0], np.array(exponents))
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _locked, 2: _chaotic}, figures)
-
-
 def _locked() -> Iterator[Claim]:
     f = shaken(LOCKED)
     cycle = f.periodic_point([0.0, 0.0])
@@ -86,7 +81,6 @@ def _locked() -> Iterator[Claim]:
     value, error = exponent(NEUTRAL)
     yield claim(
         "forced.locked",
-        1,
         NOT_READ,
         "Shaken stick-slip can lock to the forcing, or drift against it",
         Finding(
@@ -108,7 +102,6 @@ def _chaotic() -> Iterator[Claim]:
     value, error = exponent(CHAOTIC)
     yield claim(
         "forced.chaotic",
-        2,
         NOT_READ,
         "Shaken stick-slip can be chaotic",
         Finding(
@@ -119,3 +112,6 @@ def _chaotic() -> Iterator[Claim]:
         values=(Value("largest exponent, chaotic", value, error, 2, "3000 periods"),),
         note="The other exponent is minus infinity: a stick forgets where the block was.",
     )
+
+
+CLAIMS: Final = {1: _locked, 2: _chaotic}

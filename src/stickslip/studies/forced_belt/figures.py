@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from stickslip.numerics.arrays import Floats
 from stickslip.plot.style import PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
 from stickslip.studies.forced_belt.claims import (
@@ -16,15 +14,19 @@ from stickslip.studies.forced_belt.claims import (
     LAW,
     SPEED,
     TRANSIENT,
-    Sweep,
     shaken,
     sweep,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-# Figure 1: motions over the frequency of the forcing, and their exponents.
-def draw_sweep(data: Sweep, figure: Figure) -> None:
-    """Draw displacements once per period above, exponents below."""
+SHOWN: Final = 4000
+
+
+def draw_sweep(figure: Figure) -> str:
+    """Draw displacements once per period above, exponents below, over the frequency."""
+    data = sweep()
     axes = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
     frequency = np.repeat(data.frequency, data.x.shape[1])
     axes[0].plot(
@@ -37,10 +39,6 @@ def draw_sweep(data: Sweep, figure: Figure) -> None:
     axes[1].set_ylabel("exponent")
     axes[1].set_xlabel("frequency of the forcing")
     axes[1].set_xlim(data.frequency[0], data.frequency[-1])
-
-
-def describe_sweep(data: Sweep) -> str:
-    """Describe the picture with its parameters."""
     values = ", ".join(f"{name} = {value:g}" for name, value in LAW.parameters.items())
     return (
         f"One block, law (9) with {values}, V = {SPEED:g}, forcing of amplitude {AMPLITUDE:g}: "
@@ -49,38 +47,25 @@ def describe_sweep(data: Sweep) -> str:
     )
 
 
-# Figure 2: the chaotic attractor once per period.
-SHOWN: Final = 4000
-
-
-def compute_attractor() -> Floats:
-    """Return states (n, 2) once per period."""
-    states: Floats = shaken(CHAOTIC).iterate([0.0, 0.0], TRANSIENT + SHOWN)[TRANSIENT:]
-    return states
-
-
-def draw_attractor(data: Floats, figure: Figure) -> None:
-    """Draw the attractor in the plane of states, and each displacement against the one before."""
+def draw_attractor(figure: Figure) -> str:
+    """Draw the chaotic attractor once per period, and each displacement against the one before."""
     left, right = figure.subplots(1, 2)
-    left.plot(data[:, 0], data[:, 1], ".", ms=1.2, color=PALETTE["blue"], rasterized=True)
+    x, v = shaken(CHAOTIC).iterate([0.0, 0.0], TRANSIENT + SHOWN)[TRANSIENT:].T
+    left.plot(x, v, ".", ms=1.2, color=PALETTE["blue"], rasterized=True)
     left.set_xlabel("$X$")
     left.set_ylabel("velocity")
-    right.plot(data[:-1, 0], data[1:, 0], ".", ms=1.2, color=PALETTE["blue"], rasterized=True)
+    right.plot(x[:-1], x[1:], ".", ms=1.2, color=PALETTE["blue"], rasterized=True)
     right.set_xlabel("$X_n$")
     right.set_ylabel("$X_{n+1}$")
     for ax, letter in zip((left, right), "ab", strict=True):
         panel_letter(ax, letter)
-
-
-def describe_attractor(data: Floats) -> str:
-    """Describe the picture."""
     return (
-        f"{len(data) - 1} periods of the forcing at frequency {CHAOTIC:g}: (a) states once per "
+        f"{SHOWN} periods of the forcing at frequency {CHAOTIC:g}: (a) states once per "
         "period, (b) each displacement against the one before. Sticking makes the attractor a line."
     )
 
 
 FIGURES: Final = {
-    1: PaperFigure("two", 4.0, sweep, draw_sweep, describe_sweep),
-    2: PaperFigure("two", 3.0, compute_attractor, draw_attractor, describe_attractor),
+    1: PaperFigure("two", 4.0, draw_sweep),
+    2: PaperFigure("two", 3.0, draw_attractor),
 }

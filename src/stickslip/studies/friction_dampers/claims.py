@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.friction_dampers.dampers import (
     BEST,
     BLADE,
@@ -50,11 +50,6 @@ HELD: Final = 2.0  # static limit with it
 BOTH: Final = 1.15  # frequency at which it both holds and slips
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _one, 2: _best, 3: _blade, 4: _two}, figures)
-
-
 def slipping(load: float, n: int) -> tuple[float, ...]:
     """Frequencies at which one mass cannot be held by the contact."""
     ends = [math.sqrt(max(2.0 - 1.0 / load, 0.5)), math.sqrt(2.0 + 1.0 / load)]
@@ -81,7 +76,6 @@ def _one() -> Iterator[Claim]:
     amplitude, heat, balanced = errors_of_one()
     yield claim(
         "dampers.closed_form",
-        1,
         HERE,
         "A cycle of one mass solves one equation in the time of a stick",
         Finding(
@@ -102,7 +96,6 @@ def _best() -> Iterator[Claim]:
     load, least = best()
     yield claim(
         "dampers.best",
-        2,
         NOT_READ,
         "Without other damping the best friction force is about pi / 2 of the driving force",
         Finding(
@@ -144,7 +137,6 @@ def _blade() -> Iterator[Claim]:
     worst = float((peaks[:, 1] / peaks[:, 0] - 1.0).max())
     yield claim(
         "dampers.blade",
-        3,
         HERE,
         "One harmonic misjudges a blade whose modes resonate with each other",
         Finding(
@@ -170,7 +162,6 @@ def _blade() -> Iterator[Claim]:
     ]
     yield claim(
         "dampers.unique",
-        3,
         HERE,
         "Where friction at rest is that in motion no branch is isolated: the cycle is unique",
         Finding(
@@ -207,7 +198,6 @@ def _two() -> Iterator[Claim]:
     later = [strays(each, NUDGE, PERIODS) for each in (large, small)]
     yield claim(
         "dampers.two",
-        4,
         HERE,
         "Where friction holds more at rest, a damper that holds may be one jolt from slipping",
         Finding(
@@ -223,3 +213,6 @@ def _two() -> Iterator[Claim]:
         ),
         note=f"Friction in motion {LOWER:g} of the static limit {HELD:g}.",
     )
+
+
+CLAIMS: Final = {1: _one, 2: _best, 3: _blade, 4: _two}

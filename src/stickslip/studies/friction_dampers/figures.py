@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -38,58 +38,37 @@ from stickslip.studies.friction_dampers.dampers import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.numerics.arrays import Floats
-
 COLOURS: Final = ("blue", "vermillion", "green", "purple")
 RATIO: Final = "frequency / free resonance"
 
 
-# Figure 1: one mass.
-def compute_one() -> tuple[Any, ...]:
-    """Exact cycles where the contact slips, and one harmonic."""
-    rows = []
-    for load in FORCES:
-        w = slipping(load, 12)
-        fine = np.linspace(0.6, 1.8, 240)
-        balanced = [one_harmonic(MODEL, load, f) for f in fine.tolist()]
-        rows.append((np.array(w), response(MODEL, load, w)[0], fine, np.array(balanced)))
-    return tuple(rows)
-
-
-def draw_one(data: tuple[Any, ...], figure: Figure) -> None:
-    """Draw amplitudes over frequency."""
+def draw_one(figure: Figure) -> str:
+    """Draw amplitudes of one mass over frequency: exact where the contact slips, one harmonic."""
     ax = figure.add_subplot()
-    for (w, exact, fine, balanced), load, name in zip(data, FORCES, COLOURS, strict=True):
+    fine = np.linspace(0.6, 1.8, 240)
+    for load, name in zip(FORCES, COLOURS, strict=True):
+        balanced = [one_harmonic(MODEL, load, f) for f in fine.tolist()]
         ax.plot(fine, balanced, color=PALETTE[name], lw=0.8, label=rf"$N={load:.3g}$")
+        w = slipping(load, 12)
+        exact, _ = response(MODEL, load, w)
         ax.plot(w, exact, "o", color=PALETTE[name], mfc="white", ms=3.0)
     ax.set_xlim(0.6, 1.8)
     ax.set_ylim(0.0, 9.0)
     ax.set_xlabel(RATIO)
     ax.set_ylabel(r"amplitude $\times k / F$")
     ax.legend(loc="upper right")
-
-
-def describe_one(data: tuple[Any, ...]) -> str:
-    """Describe the picture."""
     return (
         "One mass with an elastic friction damper: exact cycles where the contact slips (circles), "
         "and balance of one harmonic (lines), for four friction forces N in units of the force."
     )
 
 
-# Figure 2: the best friction force.
-def compute_best() -> tuple[Floats, Floats]:
-    """Evaluate the peak over the friction force."""
-    loads = np.linspace(1.0, 4.0, 25)
-    return loads, np.array([peak(load)[1] for load in loads.tolist()])
-
-
-def draw_best(data: tuple[Floats, Floats], figure: Figure) -> None:
-    """Draw the peak of one mass, and that of the blade."""
+def draw_best(figure: Figure) -> str:
+    """Draw the peak of one mass, and that of the blade, over the friction force."""
     left, right = figure.subplots(1, 2)
-    loads, peaks = data
-    fine = np.linspace(0.95, 4.0, 200)
+    fine, loads = np.linspace(0.95, 4.0, 200), np.linspace(1.0, 4.0, 25)
     left.plot(fine, [peak_of_one_harmonic(n) for n in fine.tolist()], color=PALETTE["vermillion"])
+    peaks = [peak(load)[1] for load in loads.tolist()]
     left.plot(loads, peaks, "o", color=PALETTE["blue"], mfc="white", ms=3.0)
     left.plot(BEST, LEAST, "x", color=PALETTE["black"])
     left.set_xlim(0.9, 4.0)
@@ -103,26 +82,17 @@ def draw_best(data: tuple[Floats, Floats], figure: Figure) -> None:
     for ax, letter in ((left, "a"), (right, "b")):
         ax.set_xlabel("friction force / driving force")
         panel_letter(ax, letter)
-
-
-def describe_best(data: tuple[Floats, Floats]) -> str:
-    """Describe the panels."""
     return (
         "Largest amplitude over the friction force, exact (circles) and by one harmonic (red): "
         f"(a) one mass, best at {best()[0]:.4f}; (b) tip of the blade near its first resonance."
     )
 
 
-# Figure 3: the blade.
-def compute_blade() -> tuple[Any, ...]:
-    """Sweep the frequency near the first resonance, and far below with little friction."""
+def draw_blade(figure: Figure) -> str:
+    """Draw amplitudes of the blade's tip: first resonance, and far below with little friction."""
     pairs = ((BLADE_FORCE, SWEPT), (LIGHT_FORCE, SLOW))
-    return tuple((np.array(swept), *blade_responses(load, swept)) for load, swept in pairs)
-
-
-def draw_blade(data: tuple[Any, ...], figure: Figure) -> None:
-    """Draw amplitudes of the tip."""
-    for ax, (w, exact, one, many), letter in zip(figure.subplots(1, 2), data, "ab", strict=True):
+    for ax, (load, w), letter in zip(figure.subplots(1, 2), pairs, "ab", strict=True):
+        exact, one, many = blade_responses(load, w)
         ax.plot(w, one, color=PALETTE["vermillion"], lw=0.9, label="one harmonic")
         ax.plot(w, many, color=PALETTE["black"], lw=0.9, label="odd harmonics up to 15")
         ax.plot(w, exact, "o", color=PALETTE["blue"], mfc="white", ms=2.5, label="exact")
@@ -132,28 +102,18 @@ def draw_blade(data: tuple[Any, ...], figure: Figure) -> None:
         panel_letter(ax, letter)
     figure.axes[0].set_ylabel("amplitude of the tip")
     figure.axes[0].legend(loc="upper right")
-
-
-def describe_blade(data: tuple[Any, ...]) -> str:
-    """Describe the panels."""
     return (
         f"Tip of the blade over the frequency: (a) friction force {BLADE_FORCE:g}, first "
         f"resonance; (b) {LIGHT_FORCE:g}, a third of the first resonance and below."
     )
 
 
-# Figure 4: two motions at one frequency.
-def compute_two() -> list[tuple[float, tuple[float, ...]]]:
-    """Solve for all cycles with two slips."""
-    frequencies = np.linspace(1.081, 1.5, 120).tolist()
-    return [(w, tuple(each.amplitude for each in symmetric(HELD, w, LOWER))) for w in frequencies]
-
-
-def draw_two(data: list[tuple[float, tuple[float, ...]]], figure: Figure) -> None:
-    """Draw amplitudes of the stuck motion and of both cycles."""
+def draw_two(figure: Figure) -> str:
+    """Draw amplitudes of the stuck motion and of both cycles with two slips."""
     ax = figure.add_subplot()
-    large = np.array([(w, a[0]) for w, a in data if a])
-    small = np.array([(w, a[1]) for w, a in data if len(a) > 1])
+    cycles = [(w, symmetric(HELD, w, LOWER)) for w in np.linspace(1.081, 1.5, 120).tolist()]
+    large = np.array([(w, found[0].amplitude) for w, found in cycles if found])
+    small = np.array([(w, found[1].amplitude) for w, found in cycles if len(found) > 1])
     end = breaks_loose(HELD)
     below = np.linspace(0.9, end, 200)
     ax.axvspan(large[0, 0], end, color=PALETTE["light"], lw=0)
@@ -165,10 +125,6 @@ def draw_two(data: list[tuple[float, tuple[float, ...]]], figure: Figure) -> Non
     ax.set_xlabel(RATIO)
     ax.set_ylabel(r"amplitude $\times k / F$")
     ax.legend(loc="upper right")
-
-
-def describe_two(data: list[tuple[float, tuple[float, ...]]]) -> str:
-    """Describe the picture."""
     return (
         f"Friction in motion {LOWER:g} of the static limit {HELD:g}: the contact holds up to "
         f"{math.sqrt(2.0 - 1.0 / HELD):.4f}; in the grey range a jolt makes it slip for good."
@@ -176,8 +132,8 @@ def describe_two(data: list[tuple[float, tuple[float, ...]]]) -> str:
 
 
 FIGURES: Final = {
-    1: PaperFigure("one", 2.9, compute_one, draw_one, describe_one),
-    2: PaperFigure("two", 2.6, compute_best, draw_best, describe_best),
-    3: PaperFigure("two", 2.7, compute_blade, draw_blade, describe_blade),
-    4: PaperFigure("one", 2.7, compute_two, draw_two, describe_two),
+    1: PaperFigure("one", 2.9, draw_one),
+    2: PaperFigure("two", 2.6, draw_best),
+    3: PaperFigure("two", 2.7, draw_blade),
+    4: PaperFigure("one", 2.7, draw_two),
 }

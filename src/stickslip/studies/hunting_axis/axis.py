@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Final, cast
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -31,10 +31,10 @@ REACH: Final = (1e-6, 0.06)
 """Distances from the target at a release among which cycles are searched."""
 
 
-def axis_map(gain: float, mu: float = KINETIC, reach: Any = REACH) -> LineReturnMap:
+def axis_map(gain: float, mu: float = KINETIC) -> LineReturnMap:
     """From one release to the next of the same direction: the distance from the target."""
     model = MODEL.replace(**{GAIN: -gain, "mu_1": mu})
-    return cast("LineReturnMap", return_map(model, coordinates=["x_2"], domain=reach))
+    return cast("LineReturnMap", return_map(model, coordinates=["x_2"], domain=REACH))
 
 
 # --- closed form: slips are linear in the distance and in the drop ---------------------------

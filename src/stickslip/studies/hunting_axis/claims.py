@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from typing import Final
 
@@ -15,7 +15,7 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.contact import Contact, Harmonic
 from stickslip.mechanics.model.structure import Structure
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.hunting_axis.axis import (
     DERIVATIVE,
     GAIN,
@@ -42,11 +42,6 @@ PUSH: Final = (0.6, 0.3)
 PUSHES: Final = 50
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _map, 2: _gains, 3: _bristles}, figures)
-
-
 @cache
 def cycles(gain: float, mu: float = KINETIC) -> OrbitList:
     """Find all orbits up to period 2 of the return map."""
@@ -66,7 +61,6 @@ def _map() -> Iterator[Claim]:
     sizes = [float(cycles(4.0, 1.0 - drop)[0].points[0]) / drop for drop in DROPS]
     yield claim(
         "hunting.condition",
-        1,
         NOT_READ,
         "The axis hunts if and only if friction at rest exceeds friction in motion",
         Finding(
@@ -83,7 +77,6 @@ def _map() -> Iterator[Claim]:
     apart = [abs(axis_map(4.0)(x0) + half_map(4.0, -half_map(4.0, x0))) for x0 in x.tolist()]
     yield claim(
         "hunting.map",
-        1,
         HERE,
         "One release to the next is a map of one number in closed form",
         Finding(
@@ -119,7 +112,6 @@ def _gains() -> Iterator[Claim]:
     ends = sorted({end.reason for curve in curves for end in curve.ends})
     yield claim(
         "hunting.amplitude",
-        2,
         HERE,
         "Distance, period and multiplier of hunting solve one equation in the time of a slip",
         Finding(
@@ -141,7 +133,6 @@ def _gains() -> Iterator[Claim]:
     limits = [float(np.ptp([hunting(g).distance for g in (0.01, 0.5)])) / hunting(0.5).distance]
     yield claim(
         "hunting.gain",
-        2,
         HERE,
         "Less integral gain makes hunting slower, not smaller",
         Finding(
@@ -171,7 +162,6 @@ def _bristles() -> Iterator[Claim]:
     left = float(np.abs(smooth.v[smooth.t > 0.9 * WATCHED, 1]).max())
     yield claim(
         "hunting.bristles",
-        3,
         HERE,
         "Friction made smooth hunts by another amount, or not at all",
         Finding(
@@ -199,7 +189,6 @@ def _bristles() -> Iterator[Claim]:
     rest = simulate(still, [0.0], [0.0], t_end=t_end)
     yield claim(
         "hunting.creep",
-        3,
         HERE,
         "Bristles creep under a force that friction holds",
         Finding(
@@ -210,3 +199,6 @@ def _bristles() -> Iterator[Claim]:
         ),
         note="Beside them, bristles bend by the force over their stiffness, 1e-3 and 1e-4 at most.",
     )
+
+
+CLAIMS: Final = {1: _map, 2: _gains, 3: _bristles}

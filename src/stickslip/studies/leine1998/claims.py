@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -14,7 +14,7 @@ from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model.blocks import Oscillator
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 MODEL: Final = Oscillator(V=0.2, friction=PoppStelter(gamma=3.0))
 DAMPING: Final = (0.0, 1.5)
@@ -53,17 +53,11 @@ def cycles() -> Cycles:
     return Cycles(branch, 2.0 * float(sliding.eigenvalues[0].real))
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _cycle, 2: _branch}, figures)
-
-
 def _cycle() -> Iterator[Claim]:
     found = undamped()
     kinds = [event.kind for event in found.events]
     yield claim(
         "leine.cycle",
-        1,
         NOT_READ,
         "Without damping the block has a stable stick-slip cycle",
         Finding(
@@ -86,7 +80,6 @@ def _branch() -> Iterator[Claim]:
     hopf, fold = found.bifurcation("hopf"), found.bifurcation("landing")
     yield claim(
         "leine.hopf",
-        2,
         NOT_READ,
         "Steady sliding loses stability where c (1 + 3 V)^2 = 3",
         Finding(
@@ -104,7 +97,6 @@ def _branch() -> Iterator[Claim]:
     )
     yield claim(
         "leine.fold",
-        2,
         NOT_READ,
         "The stick-slip cycle ends where it meets an unstable cycle without stick",
         Finding(
@@ -129,3 +121,6 @@ def _branch() -> Iterator[Claim]:
         values=(Value("c of the fold", fold.value, fold.error, 2, "stick of no length"),),
         note=f"V = {MODEL.V:g} throughout.",
     )
+
+
+CLAIMS: Final = {1: _cycle, 2: _branch}

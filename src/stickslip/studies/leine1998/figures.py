@@ -2,41 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.plot.style import DASHED, PALETTE
 from stickslip.studies.figures import PaperFigure
-from stickslip.studies.leine1998.claims import DAMPING, MODEL, Cycles, cycles, undamped
+from stickslip.studies.leine1998.claims import DAMPING, MODEL, cycles, undamped
 
-# Figure 1: the stick-slip cycle in the plane of displacement and velocity.
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stickslip.mechanics.cycle.cycle import Cycle
+
 POINTS: Final = 1201
+SAMPLES: Final = 257
 
 
-def draw_cycle(data: Cycle, figure: Figure) -> None:
-    """Draw the cycle, the speed of the belt and steady sliding."""
-    ax = figure.add_subplot()
-    t = np.linspace(0.0, data.period, POINTS)
+def draw_cycle(figure: Figure) -> str:
+    """Draw the cycle in displacement and velocity, the speed of the belt and steady sliding."""
+    ax, cycle = figure.add_subplot(), undamped()
+    t = np.linspace(0.0, cycle.period, POINTS)
     ax.axhline(MODEL.V, color=PALETTE["grey"], lw=0.6, ls=(0, (5, 3)))
-    ax.plot(data.trajectory.x(t)[:, 0], data.trajectory.v(t)[:, 0], color=PALETTE["blue"])
-    ax.plot(data.model.laws[0].force(MODEL.V), 0.0, "x", color=PALETTE["black"])
+    ax.plot(cycle.trajectory.x(t)[:, 0], cycle.trajectory.v(t)[:, 0], color=PALETTE["blue"])
+    ax.plot(cycle.model.laws[0].force(MODEL.V), 0.0, "x", color=PALETTE["black"])
     ax.set_xlabel("$X$")
     ax.set_ylabel("$X'$")
-
-
-def describe_cycle(data: Cycle) -> str:
-    """Describe the picture with its parameters."""
     return (
         f"Stick-slip cycle of one block, F = 1/(1 + 3|w|), V = {MODEL.V:g} (dashed), no damping; "
-        f"period {data.period:.10f}. Cross: steady sliding, which repels."
+        f"period {cycle.period:.10f}. Cross: steady sliding, which repels."
     )
-
-
-# Figure 2: cycles over the damping, from the stick-slip cycle to steady sliding.
-SAMPLES: Final = 257
 
 
 def _amplitude(cycle: Cycle) -> float:
@@ -44,9 +39,9 @@ def _amplitude(cycle: Cycle) -> float:
     return float(np.ptp(cycle.trajectory.x(t))) / 2.0
 
 
-def draw_branch(data: Cycles, figure: Figure) -> None:
-    """Draw amplitudes: solid lines attract, dashed ones repel."""
-    ax = figure.add_subplot()
+def draw_branch(figure: Figure) -> str:
+    """Draw amplitudes over the damping, down to steady sliding; dashed lines repel."""
+    ax, data = figure.add_subplot(), cycles()
     hopf, fold = data.bifurcation("hopf"), data.bifurcation("landing")
     amplitude = np.array([_amplitude(cycle) for cycle in data.branch])
     stable, c = data.branch.stable, data.branch.values
@@ -62,11 +57,6 @@ def draw_branch(data: Cycles, figure: Figure) -> None:
     ax.set_xlim(*DAMPING)
     ax.set_xlabel("damping $c$")
     ax.set_ylabel("amplitude of $X$")
-
-
-def describe_branch(data: Cycles) -> str:
-    """Describe the picture."""
-    hopf, fold = data.bifurcation("hopf"), data.bifurcation("landing")
     return (
         f"Half the range of X over a cycle against the damping c, V = {MODEL.V:g}; the line at 0 "
         "is steady sliding. Solid: attracts; dashed: repels. The unstable cycle is born at Hopf's "
@@ -76,6 +66,6 @@ def describe_branch(data: Cycles) -> str:
 
 
 FIGURES: Final = {
-    1: PaperFigure("one", 2.7, undamped, draw_cycle, describe_cycle),
-    2: PaperFigure("one", 2.7, cycles, draw_branch, describe_branch),
+    1: PaperFigure("one", 2.7, draw_cycle),
+    2: PaperFigure("one", 2.7, draw_branch),
 }

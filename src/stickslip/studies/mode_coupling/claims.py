@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.mode_coupling.squeal import (
     LAWS,
+    LONG,
     MODEL,
+    RATIOS,
     SPEED,
     amplitude,
+    amplitude_left,
     cycles,
     flutter,
     flutter_frequency,
@@ -34,11 +37,6 @@ SAME: Final = 1e-10  # relative, of what does not depend on the speed
 KICKS: Final = (0.5, 0.55, 0.6, 0.65, 0.7)
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _branch, 2: _kicks, 3: _laws, 4: _smooth}, figures)
-
-
 def _branch() -> Iterator[Claim]:
     c = float(MODEL.damping[0, 0])
     free, damped = flutter("constant", damped=False), flutter("constant")
@@ -46,7 +44,6 @@ def _branch() -> Iterator[Claim]:
     frequency = float(abs(damped.multipliers.imag).max())
     yield claim(
         "mode_coupling.flutter",
-        1,
         NOT_READ,
         "Steady sliding flutters from a friction coefficient on that has a closed form",
         Finding(
@@ -73,7 +70,6 @@ def _branch() -> Iterator[Claim]:
     off = float(np.abs(point - touching_point()).max()) / SPEED
     yield claim(
         "mode_coupling.coexists",
-        1,
         HERE,
         "A stick-slip cycle attracts far below the threshold of flutter, beside stable sliding",
         Finding(
@@ -107,7 +103,6 @@ def _branch() -> Iterator[Claim]:
     away = abs(faster.onset.value / onset.value - 1.0)
     yield claim(
         "mode_coupling.scale",
-        1,
         HERE,
         "Speed and brake force set the size of the cycle, not the coefficient of its onset",
         Finding(
@@ -133,7 +128,6 @@ def _kicks() -> Iterator[Claim]:
     ]
     yield claim(
         "mode_coupling.kick",
-        2,
         HERE,
         "Below the threshold a kick decides, and the smaller the nearer to the threshold",
         Finding(
@@ -167,7 +161,6 @@ def _laws() -> Iterator[Claim]:
     lowest = float(onset[drop].curve.values[onset[drop].curve.stable].min())
     yield claim(
         "mode_coupling.falling",
-        3,
         HERE,
         "A falling law moves the threshold of flutter much, the onset of the cycle little",
         Finding(
@@ -195,16 +188,15 @@ def _laws() -> Iterator[Claim]:
 def _smooth() -> Iterator[Claim]:
     orbit, runs = smooth_motions()
     exact, period = amplitude(orbit), motion(orbit).t[-1]
-    errors = [run.amplitude / exact - 1.0 for run in runs]
+    errors = [amplitude_left(run) / exact - 1.0 for run in runs]
     told = "; ".join(
-        f"V / width {run.ratio:g}: amplitude off by {error:+.1%}, "
-        f"{run.motion.evaluations * period / run.motion.t[-1]:.0f} evaluations a period"
-        for run, error in zip(runs, errors, strict=True)
+        f"V / width {ratio:g}: amplitude off by {error:+.1%}, "
+        f"{run.evaluations * period / LONG:.0f} evaluations a period"
+        for ratio, run, error in zip(RATIOS, runs, errors, strict=True)
     )
     events = len(motion(orbit).events)
     yield claim(
         "mode_coupling.smooth",
-        4,
         HERE,
         "Friction made smooth says that there is no squeal where there is",
         Finding(
@@ -220,3 +212,6 @@ def _smooth() -> Iterator[Claim]:
         ),
         note="LSODA, relative tolerance 1e-6, from a state of the exact cycle, 300 time units.",
     )
+
+
+CLAIMS: Final = {1: _branch, 2: _kicks, 3: _laws, 4: _smooth}

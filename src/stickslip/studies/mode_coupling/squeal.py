@@ -182,30 +182,21 @@ def squeal_kick(load: float) -> tuple[float, float]:
     return low, high
 
 
-@dataclass(frozen=True)
-class Smooth:
-    """A smooth law beside the exact cycle: its motion and the amplitude that is left."""
-
-    ratio: float  # speed of the disc over the width of the smooth law
-    motion: SmoothMotion
-    amplitude: float
-
-
 ABOVE: Final = 1.01  # times the load of the onset
-RATIOS: Final = (5.0, 20.0, 80.0, 320.0)
+RATIOS: Final = (5.0, 20.0, 80.0, 320.0)  # of the disc's speed over the width of a smooth law
 
 
 @cache
-def smooth_motions() -> tuple[PeriodicOrbitND, tuple[Smooth, ...]]:
+def smooth_motions() -> tuple[PeriodicOrbitND, tuple[SmoothMotion, ...]]:
     """Start on the exact cycle just above its onset, and integrate with smooth laws."""
     found = cycles()
     low = ABOVE * found.onset.value
     orbit = max(found.curve.all_at(**{LOAD: low}), key=amplitude)
     f = orbit.system
     x, v, _ = f.state(orbit.points[0])
-    runs = []
-    for ratio in RATIOS:
-        run = smoothed(f.model, SPEED / ratio, x, v, LONG)
-        left = np.ptp(run.x[run.t > LONG - LAST, 1]) / (2.0 * SPEED)
-        runs.append(Smooth(ratio, run, float(left)))
-    return orbit, tuple(runs)
+    return orbit, tuple(smoothed(f.model, SPEED / ratio, x, v, LONG) for ratio in RATIOS)
+
+
+def amplitude_left(run: SmoothMotion) -> float:
+    """Amplitude that is left of a motion, as of an exact cycle."""
+    return float(np.ptp(run.x[run.t > LONG - LAST, 1])) / (2.0 * SPEED)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -17,7 +17,7 @@ from stickslip.mechanics.eventmap.quasistatic_map import quasistatic_map
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 
 MU: Final = 0.8  # kinetic over static friction; of no consequence, see docs/theory/quasistatic.md
 SPEEDS: Final = 4e-5 * np.array([1.0, 0.75, 0.5, 0.25])
@@ -91,17 +91,11 @@ def plane() -> Plane:
     return Plane(alpha, beta, np.moveaxis(found, -1, 0))
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _limit, 2: _plane}, figures)
-
-
 def _limit() -> Iterator[Claim]:
     found = limit()
     worst = float(np.abs(found.exact - found.extrapolated).max())
     yield claim(
         "quasistatic.limit",
-        1,
         "docs/theory/quasistatic.md",
         "As V goes to 0 the event map has a limit, in which the belt rests in a slip",
         Finding(
@@ -119,7 +113,6 @@ def _plane() -> Iterator[Claim]:
     largest = float(symmetric.max())
     yield claim(
         "quasistatic.symmetric",
-        2,
         "Huang and Turcotte (1992), abstract; Nussbaum and Ruina (1987), source not read",
         "Symmetric pairs move periodically, whatever the coupling",
         Finding(
@@ -143,7 +136,6 @@ def _plane() -> Iterator[Claim]:
     share = float(asymmetric.mean())
     yield claim(
         "quasistatic.asymmetric",
-        2,
         "Huang and Turcotte (1990), source not read; (1992), abstract",
         "Asymmetric pairs are chaotic for some parameters and periodic for others",
         Finding(
@@ -162,3 +154,6 @@ def _plane() -> Iterator[Claim]:
             Value("largest exponent", float(found.exponents.max()), 0.03, 2, "mean of log |f'|"),
         ),
     )
+
+
+CLAIMS: Final = {1: _limit, 2: _plane}

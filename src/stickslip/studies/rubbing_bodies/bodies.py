@@ -192,13 +192,11 @@ CREPT: Final = 50.0
 
 
 @cache
-def creeping() -> tuple[tuple[float, SmoothMotion], ...]:
-    """Pull below break-away, with smooth friction: widths and motions from rest."""
+def creeping() -> tuple[SmoothMotion, ...]:
+    """Pull below break-away, with smooth friction, from rest."""
     weight = HELD * mechanism(WALLED.contacts[2].static)[0]
     still = WALLED.replace(force=[weight, 0.0])
-    return tuple(
-        (width, smoothed(still, width, np.zeros(2), np.zeros(2), CREPT)) for width in WIDTHS
-    )
+    return tuple(smoothed(still, width, np.zeros(2), np.zeros(2), CREPT) for width in WIDTHS)
 
 
 def creep_speed(width: float) -> float:

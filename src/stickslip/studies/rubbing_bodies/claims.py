@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.claim import Claim, Finding, Value, claim, claims_by_figure
+from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.rubbing_bodies.bodies import (
     CREPT,
     HELD,
@@ -42,18 +42,12 @@ MIDDLES: Final = tuple(np.linspace(0.05, 0.95, 18).tolist())
 STEPS: Final = (1e-1, 1e-2, 1e-3)
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, by figure."""
-    return claims_by_figure({1: _stacks, 2: _walled, 3: _clutch, 4: _train}, figures)
-
-
 def _stacks() -> Iterator[Claim]:
     drawn = random_stacks(STACKS)
     errors = [largest_error(given) for given in drawn]
     apart = [given for given in drawn if len(stages(given)) > 3]
     yield claim(
         "rubbing.stack",
-        1,
         HERE,
         "Two sliders upon each other stop after times that are rational numbers",
         Finding(
@@ -70,7 +64,6 @@ def _stacks() -> Iterator[Claim]:
     told = ", ".join(f"{error:.1e}" for error in off)
     yield claim(
         "rubbing.stepping",
-        1,
         HERE,
         "Time stepping puts every event at the end of a step",
         Finding(
@@ -87,7 +80,6 @@ def _walled() -> Iterator[Claim]:
     errors = [abs(a[0] / b[0] - 1.0) for a, b in found]
     yield claim(
         "rubbing.mechanism",
-        2,
         HERE,
         "Friction forces at rest are not unique, but the force at which something moves is",
         Finding(
@@ -103,10 +95,9 @@ def _walled() -> Iterator[Claim]:
     weight = HELD * mechanism(WALLED.contacts[2].static)[0]
     rest = simulate(WALLED.replace(force=[weight, 0.0]), np.zeros(2), np.zeros(2), t_end=CREPT)
     runs = creeping()
-    speeds = [float(run.v[-1, 0]) / creep_speed(width) for width, run in runs]
+    speeds = [float(run.v[-1, 0]) / creep_speed(run.width) for run in runs]
     yield claim(
         "rubbing.creep",
-        2,
         HERE,
         "Friction made smooth lets bodies creep under forces that friction holds",
         Finding(
@@ -116,7 +107,7 @@ def _walled() -> Iterator[Claim]:
         ),
         Finding(
             "smooth ones creep, at a speed in closed form in proportion to the width",
-            "; ".join(f"width {width:g}: by {run.x[-1, 0]:.2g}" for width, run in runs)
+            "; ".join(f"width {run.width:g}: by {run.x[-1, 0]:.2g}" for run in runs)
             + f"; speeds differ from the formula by {max(abs(s - 1.0) for s in speeds):.0e}",
             all(abs(s - 1.0) < 1e-3 for s in speeds),
         ),
@@ -133,7 +124,6 @@ def _clutch() -> Iterator[Claim]:
     ]
     yield claim(
         "rubbing.clutch",
-        3,
         HERE,
         "A clutch locks after a time, and for a heat, in closed form",
         Finding(
@@ -143,11 +133,10 @@ def _clutch() -> Iterator[Claim]:
         ),
     )
     runs = smooth_clutches()
-    slips = [float(each.v[-1, 0] - each.v[-1, 1]) for _, each in runs]
-    off = [abs(s / CLUTCH.slip(width) - 1.0) for s, (width, _) in zip(slips, runs, strict=True)]
+    slips = [float(each.v[-1, 0] - each.v[-1, 1]) for each in runs]
+    off = [abs(s / CLUTCH.slip(each.width) - 1.0) for s, each in zip(slips, runs, strict=True)]
     yield claim(
         "rubbing.slipping",
-        3,
         HERE,
         "A clutch with smooth friction never locks under torque",
         Finding(
@@ -158,8 +147,8 @@ def _clutch() -> Iterator[Claim]:
         Finding(
             "the smooth one keeps a slip of width times artanh(torque / capacity), and heats",
             "; ".join(
-                f"width {width:g}: slip {s:.3g}, power lost {s * CLUTCH.carried:.2g}"
-                for s, (width, _) in zip(slips, runs, strict=True)
+                f"width {each.width:g}: slip {s:.3g}, power lost {s * CLUTCH.carried:.2g}"
+                for s, each in zip(slips, runs, strict=True)
             ),
             max(off) < 1e-3,
         ),
@@ -188,7 +177,6 @@ def _train() -> Iterator[Claim]:
     lost = [one + 3.0 * other - momentum, float(ends.sum()) - momentum]
     yield claim(
         "rubbing.train",
-        4,
         HERE,
         "Times and speeds of three coupled clutches solve equations in sines and cosines",
         Finding(
@@ -203,7 +191,6 @@ def _train() -> Iterator[Claim]:
     )
     yield claim(
         "rubbing.dymola",
-        4,
         f"{PUBLISHED}: MAP-LIB_ReferenceResults, Dymola 2020x, DASSL, tolerance 1e-6",
         "The library's reference results are motions of its equations",
         Finding(
@@ -225,7 +212,6 @@ def _train() -> Iterator[Claim]:
     theirs = [float(text) for text in MWORKS]
     yield claim(
         "rubbing.mworks",
-        4,
         f"{PUBLISHED}: fmi-cross-check, MWorks 2016, FMI 1.0 for co-simulation",
         "Published results of another tool show clutches 2 and 3 locked at the end",
         Finding(
@@ -243,3 +229,6 @@ def _train() -> Iterator[Claim]:
         note="It seems that a step which ends a little after equal speeds locked bodies that turn "
         "at different ones.",
     )
+
+
+CLAIMS: Final = {1: _stacks, 2: _walled, 3: _clutch, 4: _train}

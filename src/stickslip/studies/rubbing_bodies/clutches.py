@@ -79,11 +79,10 @@ WATCHED: Final = 20.0
 
 
 @cache
-def smooth_clutches() -> tuple[tuple[float, SmoothMotion], ...]:
-    """Close the clutch with smooth friction: widths and motions."""
+def smooth_clutches() -> tuple[SmoothMotion, ...]:
+    """Close the clutch with smooth friction."""
     start = np.array(CLUTCH.speed)
-    model = CLUTCH.model
-    return tuple((w, smoothed(model, w, np.zeros(2), start, WATCHED)) for w in WIDTHS)
+    return tuple(smoothed(CLUTCH.model, w, np.zeros(2), start, WATCHED) for w in WIDTHS)
 
 
 # --- three clutches -------------------------------------------------------------------------

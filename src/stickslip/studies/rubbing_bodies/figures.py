@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -31,58 +31,37 @@ from stickslip.studies.rubbing_bodies.clutches import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.numerics.arrays import Floats
-
 COLOURS: Final = ("blue", "vermillion", "green", "purple")
 
 
-# Figure 1: sliders upon each other.
-def compute_stacks() -> tuple[Any, ...]:
-    """Follow both examples; times and speeds of the stages beside."""
-    found = []
-    for given in (THROWN, PULLED):
+def draw_stacks(figure: Figure) -> str:
+    """Draw speeds of sliders upon each other over time, and the rational times."""
+    axes = figure.subplots(1, 2)
+    for ax, given, letter in zip(axes, (THROWN, PULLED), "ab", strict=True):
         run = given.motion()
         t = np.linspace(0.0, run.t[-1], 600)
-        dots = [(float(stage.t), *map(float, stage.v)) for stage in stages(given)]
-        found.append((t, run.v(t), np.array(dots)))
-    return tuple(found)
-
-
-def draw_stacks(data: tuple[Any, ...], figure: Figure) -> None:
-    """Draw speeds over time, and the rational times."""
-    for ax, (t, v, dots), letter in zip(figure.subplots(1, 2), data, "ab", strict=True):
+        dots = np.array([(float(stage.t), *map(float, stage.v)) for stage in stages(given)])
         for k, label in enumerate(("lower slider", "upper slider")):
-            ax.plot(t, v[:, k], color=PALETTE[COLOURS[k]], label=label)
+            ax.plot(t, run.v(t)[:, k], color=PALETTE[COLOURS[k]], label=label)
             ax.plot(dots[:, 0], dots[:, k + 1], "o", color=PALETTE["black"], mfc="white", ms=3.0)
         ax.set_xlim(0.0, t[-1])
         ax.set_ylim(-0.1, 3.2)
         ax.set_xlabel("time")
         panel_letter(ax, letter)
-    figure.axes[0].set_ylabel("speed")
-    figure.axes[1].legend(loc="upper right")
-
-
-def describe_stacks(data: tuple[Any, ...]) -> str:
-    """Describe the panels."""
+    axes[0].set_ylabel("speed")
+    axes[1].legend(loc="upper right")
     return (
         "Speeds of two sliders upon each other: (a) the upper one is thrown, (b) the lower one is "
         "pulled away. Circles: events in rational numbers."
     )
 
 
-# Figure 2: break-away at a wall, and creep.
-def compute_walled() -> tuple[Floats, Floats, Floats]:
-    """Search the force at which something moves, and evaluate the formula."""
-    found = np.array([break_away(f)[0] for f in MIDDLES])
-    fine = np.linspace(0.0, 1.0, 201)
-    return found, fine, np.array([mechanism(f)[0] for f in fine.tolist()])
-
-
-def draw_walled(data: tuple[Floats, Floats, Floats], figure: Figure) -> None:
-    """Draw force over friction, and displacements of smooth bodies."""
-    found, fine, formula = data
+def draw_walled(figure: Figure) -> str:
+    """Draw the force of break-away at a wall over friction, and creep of smooth bodies."""
     left, right = figure.subplots(1, 2)
-    left.plot(fine, formula, color=PALETTE["black"])
+    fine = np.linspace(0.0, 1.0, 201)
+    left.plot(fine, [mechanism(f)[0] for f in fine.tolist()], color=PALETTE["black"])
+    found = [break_away(f)[0] for f in MIDDLES]
     left.plot(MIDDLES, found, "o", color=PALETTE["blue"], mfc="white")
     left.text(0.28, 0.72, "lower one alone", rotation=0)
     left.text(0.55, 1.03, "both")
@@ -90,8 +69,8 @@ def draw_walled(data: tuple[Floats, Floats, Floats], figure: Figure) -> None:
     left.set_ylim(0.55, 1.12)
     left.set_xlabel("friction between the sliders")
     left.set_ylabel("force at which something moves")
-    for (width, run), name in zip(creeping(), COLOURS, strict=False):
-        label = rf"$\varepsilon={width:g}$"
+    for run, name in zip(creeping(), COLOURS, strict=False):
+        label = rf"$\varepsilon={run.width:g}$"
         right.semilogy(run.t[1:], run.x[1:, 0], color=PALETTE[name], label=label)
     right.set_xlim(0.0, run.t[-1])
     right.set_ylim(1e-5, 1e3)
@@ -100,10 +79,6 @@ def draw_walled(data: tuple[Floats, Floats, Floats], figure: Figure) -> None:
     right.legend(loc="upper left", ncols=3)
     for ax, letter in ((left, "a"), (right, "b")):
         panel_letter(ax, letter)
-
-
-def describe_walled(data: tuple[Floats, Floats, Floats]) -> str:
-    """Describe the panels."""
     ground, wall, _ = (contact.static for contact in WALLED.contacts)
     return (
         f"Two sliders and a wall (friction {ground:g} and {wall:g}): (a) force at which something "
@@ -112,24 +87,16 @@ def describe_walled(data: tuple[Floats, Floats, Floats]) -> str:
     )
 
 
-# Figure 3: slip of a clutch.
-def compute_clutch() -> Any:
-    """Follow exactly, and with smooth friction."""
-    run = CLUTCH.motion(WATCHED)
+def draw_clutch(figure: Figure) -> str:
+    """Draw the slip of a clutch over time: exact, and with smooth friction."""
+    ax = figure.add_subplot()
+    for run, name in zip(smooth_clutches(), COLOURS, strict=False):
+        label = rf"$\varepsilon={run.width:g}$"
+        ax.semilogy(run.t, run.v[:, 0] - run.v[:, 1], color=PALETTE[name], label=label)
+        ax.axhline(CLUTCH.slip(run.width), color=PALETTE["grey"], lw=0.6, ls=DASHED)
     before = CLUTCH.lock * (1.0 - np.geomspace(1e-6, 1.0, 400)[::-1])
     t = np.append(before, [CLUTCH.lock, WATCHED])
-    v = run.v(t)
-    return t, v[:, 0] - v[:, 1], smooth_clutches()
-
-
-def draw_clutch(data: Any, figure: Figure) -> None:
-    """Draw slip over time."""
-    ax = figure.add_subplot()
-    t, slip, runs = data
-    for (width, run), name in zip(runs, COLOURS, strict=False):
-        label = rf"$\varepsilon={width:g}$"
-        ax.semilogy(run.t, run.v[:, 0] - run.v[:, 1], color=PALETTE[name], label=label)
-        ax.axhline(CLUTCH.slip(width), color=PALETTE["grey"], lw=0.6, ls=DASHED)
+    slip = -np.diff(CLUTCH.motion(WATCHED).v(t))[:, 0]
     slips = slip > 1e-5
     ax.semilogy(t[slips], slip[slips], color=PALETTE["black"], label="exact")
     ax.set_xlim(0.0, WATCHED)
@@ -137,26 +104,16 @@ def draw_clutch(data: Any, figure: Figure) -> None:
     ax.set_xlabel("time")
     ax.set_ylabel("slip of the clutch")
     ax.legend(loc="lower right")
-
-
-def describe_clutch(data: Any) -> str:
-    """Describe the picture."""
     return (
         f"A clutch closes: its slip is 0 from {CLUTCH.lock:g} on, exactly; with smooth friction "
         "it keeps the slip of a formula (dashed) for ever."
     )
 
 
-# Figure 4: the train.
-def compute_train() -> tuple[Floats, Floats]:
-    """Speeds of the four inertias."""
+def draw_train(figure: Figure) -> str:
+    """Draw speeds of the train's inertias over time, and a part of it with published values."""
     t = np.linspace(0.0, END, 1501)
-    return t, np.array([train().speeds(float(s)) for s in t])
-
-
-def draw_train(data: tuple[Floats, Floats], figure: Figure) -> None:
-    """Draw speeds over time, and a part of it with published values."""
-    t, v = data
+    v = np.array([train().speeds(s) for s in t.tolist()])
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
     for ax in (left, right):
         for k in range(4):
@@ -177,10 +134,6 @@ def draw_train(data: tuple[Floats, Floats], figure: Figure) -> None:
     right.set_ylim(2.425, 2.475)
     for ax, letter in ((left, "a"), (right, "b")):
         panel_letter(ax, letter)
-
-
-def describe_train(data: tuple[Floats, Floats]) -> str:
-    """Describe the panels."""
     return (
         "CoupledClutches: speeds of four inertias, events at the grey lines. (b) as clutch 3 "
         "closes: the exact speeds 3 and 4 become one; as published from MWorks 2016 (squares: "
@@ -189,8 +142,8 @@ def describe_train(data: tuple[Floats, Floats]) -> str:
 
 
 FIGURES: Final = {
-    1: PaperFigure("two", 2.4, compute_stacks, draw_stacks, describe_stacks),
-    2: PaperFigure("two", 2.6, compute_walled, draw_walled, describe_walled),
-    3: PaperFigure("one", 2.7, compute_clutch, draw_clutch, describe_clutch),
-    4: PaperFigure("two", 2.8, compute_train, draw_train, describe_train),
+    1: PaperFigure("two", 2.4, draw_stacks),
+    2: PaperFigure("two", 2.6, draw_walled),
+    3: PaperFigure("one", 2.7, draw_clutch),
+    4: PaperFigure("two", 2.8, draw_train),
 }

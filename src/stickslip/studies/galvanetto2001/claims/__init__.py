@@ -1,59 +1,56 @@
 """What section 4 of Galvanetto (2001) says, and sections 2, 3 and 5 of the same systems, checked.
 
-One module per topic. Each offers ``FIGURES``, ``facts()`` (all quantities, computed, as a frozen
-dataclass) and ``claims(facts)``, which makes the claims from them by stated criteria.
+One module per topic. Each offers ``facts()`` (all quantities, computed, as a frozen dataclass) and
+``CLAIMS``: by figure the functions that make claims from them by stated criteria.
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any, Final
+
+from stickslip.studies.galvanetto2001.claims import (
+    aftermath,
+    birth,
+    collision,
+    coulomb,
+    crisis,
+    cusps,
+    event_map,
+    flip,
+    grazing,
+    vanishing,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
+    from types import ModuleType
 
     from stickslip.studies.claim import Claim
 
-__all__ = ["TOPICS", "Topic", "compute", "topic"]
-
-TOPICS: Final = (
-    "event_map",
-    "coulomb",
-    "collision",
-    "aftermath",
-    "grazing",
-    "cusps",
-    "birth",
-    "flip",
-    "crisis",
-    "vanishing",
+TOPICS: Final[tuple[ModuleType, ...]] = (
+    event_map,
+    coulomb,
+    collision,
+    aftermath,
+    grazing,
+    cusps,
+    birth,
+    flip,
+    crisis,
+    vanishing,
 )
 
 
-class Topic(Protocol):
-    """What a module of this package offers."""
-
-    FIGURES: tuple[int, ...]
-
-    def facts(self) -> Any:
-        """Compute all quantities of the topic, as a frozen dataclass."""
-
-    def claims(self, facts: Any) -> Iterator[Claim]:
-        """Make the claims from the quantities."""
+@cache
+def _facts(topic: ModuleType) -> Any:
+    return topic.facts()
 
 
-def topic(name: str) -> Topic:
-    """Import one topic's module."""
-    return cast("Topic", importlib.import_module(f"{__name__}.{name}"))
+def _of_figure(figure: int) -> Iterator[Claim]:
+    for topic in TOPICS:
+        for make in topic.CLAIMS.get(figure, ()):
+            yield make(_facts(topic))
 
 
-def compute(figures: Iterable[int] | None = None) -> tuple[Claim, ...]:
-    """Check the claims that belong to some figures, all by default."""
-    wanted = None if figures is None else set(figures)
-    found: list[Claim] = []
-    for name in TOPICS:
-        module = topic(name)
-        if wanted is None or wanted & set(module.FIGURES):
-            found += module.claims(module.facts())
-    chosen = (claim for claim in found if wanted is None or claim.figure in wanted)
-    return tuple(sorted(chosen, key=lambda claim: claim.figure))
+CLAIMS: Final = {figure: partial(_of_figure, figure) for topic in TOPICS for figure in topic.CLAIMS}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,8 +17,6 @@ from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION, Side, side
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-
-FIGURES: Final = (6, 10)
 
 SAMPLES: Final = (0.0370, 0.0371, 0.0372)  # past the collision; 0.0370 is the paper's figure 6
 SAME_EDGE: Final = 1e-5  # basins on both sides of the collision, 2 BESIDE apart
@@ -52,12 +49,6 @@ def _predicted(V: float) -> Outcome:
     return predicted_at_jump(f, jump_of_s4(f), side=-1, direction=1, period=4)
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 6 and 10."""
-    yield _non_periodic(facts)
-    yield _same_basin(facts)
-
-
 def _non_periodic(facts: Facts) -> Claim:
     lists = {**facts.past, facts.after.V: facts.after.basins.attractors}
     found = sorted((V, item) for V, items in lists.items() for item in items if item.period != 1)
@@ -65,7 +56,6 @@ def _non_periodic(facts: Facts) -> Claim:
     family = facts.predicted.after
     return claim(
         "collision.non_periodic",
-        6,
         "section 4, first paragraph, and figures 6 and 7(b)",
         "The attractor that follows S4 is not periodic",
         Finding(
@@ -109,7 +99,6 @@ def _same_basin(facts: Facts) -> Claim:
     rest = [1.0 - side.basins.undecided - side.basins.left for side in (facts.before, facts.after)]
     return claim(
         "collision.same_basin",
-        10,
         "section 4, below figure 10",
         "The collision merges no basins: the new attractor has the basin that S4 had",
         Finding(
@@ -124,3 +113,6 @@ def _same_basin(facts: Facts) -> Claim:
             min(rest) > 1.0 - 1e-9,
         ),
     )
+
+
+CLAIMS: Final = {6: (_non_periodic,), 10: (_same_basin,)}

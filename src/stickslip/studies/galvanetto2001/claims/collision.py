@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -21,7 +20,6 @@ from stickslip.studies.galvanetto2001.orbits import from_point_1, jump_of_s4
 
 COLLISION: Final = "V where S4 meets the jump"
 BESIDE: Final = 1e-8  # of V: just below and just above the collision
-FIGURES: Final = (4, 8, 10)
 RANGE: Final = (0.0366, 0.0372)
 CLOSE_TO_ONE: Final = 0.1  # what a multiplier close to one differs by at most
 
@@ -110,22 +108,11 @@ def _fixed_points(V: float) -> Floats:
     return np.array([(orbit.points[0], orbit.multiplier) for orbit in found])
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 4, 8 and 10."""
-    yield _steady_motions(facts)
-    yield _meets_the_line(facts)
-    yield _sudden(facts)
-    yield _fold(facts)
-    yield _multiplier(facts)
-    yield _discontinuous(facts)
-
-
 def _steady_motions(facts: Facts) -> Claim:
     first, last = facts.fixed_points
     stable = [np.abs(found[:, 1]) < 1.0 for found in facts.fixed_points]
     return claim(
         "collision.range",
-        4,
         "figure 4",
         "Over 0.0366 < V < 0.0372 the stable S1 and the unstable U1 and U2 go on",
         Finding(
@@ -147,7 +134,6 @@ def _meets_the_line(facts: Facts) -> Claim:
     gaps = [abs(side.s4[0] - side.jump) if side.s4.size else np.nan for side in (start, before)]
     return claim(
         "collision.value",
-        4,
         "section 4, first paragraph",
         "For V of about 0.03698 a point of S4 meets a line of discontinuity of the map (D in "
         "figure 4)",
@@ -171,7 +157,6 @@ def _sudden(facts: Facts) -> Claim:
     periods = [sorted(item.period for item in side.others) for side in (before, after)]
     return claim(
         "collision.sudden",
-        4,
         "section 4, first paragraph",
         "There S4 is lost in a sudden transition to another motion",
         Finding(
@@ -196,7 +181,6 @@ def _fold(facts: Facts) -> Claim:
     ]
     return claim(
         "collision.s4_u4",
-        8,
         "section 4, around figures 8 to 10",
         "S4 and U4 collide, as a stable and an infinitely unstable orbit do in a discontinuous "
         "fold",
@@ -225,7 +209,6 @@ def _multiplier(facts: Facts) -> Claim:
     rises = facts.before.gap < 0.0
     return claim(
         "collision.multiplier",
-        10,
         "section 4, below figure 10",
         "At the bifurcation a multiplier jumps across the unit circle, from a positive value close "
         "to one to infinity",
@@ -265,7 +248,6 @@ def _discontinuous(facts: Facts) -> Claim:
     last = before.multiplier
     return claim(
         "collision.definition",
-        10,
         "section 2, definition of a discontinuous bifurcation, and section 5",
         "The number of periodic solutions changes, and the multipliers at the bifurcation are a "
         "set that meets the unit circle",
@@ -280,3 +262,10 @@ def _discontinuous(facts: Facts) -> Claim:
             last < 1.0 and bool(before.u4.size),
         ),
     )
+
+
+CLAIMS: Final = {
+    4: (_steady_motions, _meets_the_line, _sudden),
+    8: (_fold,),
+    10: (_multiplier, _discontinuous),
+}

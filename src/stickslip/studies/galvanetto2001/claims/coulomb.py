@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,8 +20,6 @@ from stickslip.numerics.arrays import Floats
 from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import coulomb_orbits, from_point_1, jump_of_s4, u4
-
-FIGURES: Final = (5, 9, 10)
 
 ROUNDS: Final = 60  # of the fourth iterate: transients settle at 0.75 per round
 NEAR: Final = 0.01  # of the domain: "close to" a discontinuity
@@ -87,25 +84,11 @@ def _difference_quotient(f: EventMap, d: float) -> float:
     return float(ends[1] - ends[0]) / (2.0 * STEP)
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 5, 9 and 10."""
-    yield _two_attractors(facts)
-    yield _unstable_orbits(facts)
-    yield _near_the_jump(facts)
-    yield _multiplier(facts)
-    yield _basins(facts)
-    yield _no_separatrix(facts)
-    yield _u4(facts)
-    yield _in_the_basin(facts)
-    yield _transients(facts)
-
-
 def _two_attractors(facts: Facts) -> Claim:
     periods = sorted(a.period for a in facts.basins.attractors if a.kind == "periodic")
     stable = sorted(orbit.period for orbit in facts.orbits.values() if orbit.stable)
     return claim(
         "coulomb.attractors",
-        5,
         "section 4, first paragraph",
         "For V = 0.0366 there are at least two attractors, S1 of period 1 and S4 of period 4",
         Finding(
@@ -132,7 +115,6 @@ def _unstable_orbits(facts: Facts) -> Claim:
     unstable = [name for name, orbit in fixed.items() if not orbit.stable]
     return claim(
         "coulomb.u1_u2",
-        5,
         "section 4, first paragraph",
         "The unstable period-1 motions U1 and U2 are present too",
         Finding(
@@ -150,7 +132,6 @@ def _near_the_jump(facts: Facts) -> Claim:
     gap = float(distance.min())
     return claim(
         "coulomb.near_jump",
-        5,
         "section 4, first paragraph",
         "Point 1 of S4 is close to a discontinuity of the map",
         Finding(
@@ -172,7 +153,6 @@ def _multiplier(facts: Facts) -> Claim:
     slope = facts.orbits["S4"].multiplier
     return claim(
         "coulomb.multiplier",
-        10,
         "section 4, below figure 9",
         "The slope of the map at the points of a periodic motion is its Floquet multiplier",
         Finding(
@@ -195,7 +175,6 @@ def _basins(facts: Facts) -> Claim:
     causes = "; ".join(f"{edge:.12f}: {cause}" for edge, cause in inner)
     return claim(
         "coulomb.basins",
-        9,
         "figure 9",
         "Part of the interval is the basin of S1, all the rest is the basin of S4",
         Finding(
@@ -217,7 +196,6 @@ def _no_separatrix(facts: Facts) -> Claim:
     left, right = facts.owners[0]
     return claim(
         "coulomb.no_separatrix",
-        9,
         "section 4, below figure 7",
         "Both branches of the map at the discontinuity belong to one basin: no orbit there "
         "separates basins, unlike in the one-block system with which it is compared",
@@ -236,7 +214,6 @@ def _u4(facts: Facts) -> Claim:
     share = orbit.jump.share if orbit.jump is not None else float("nan")
     return claim(
         "coulomb.u4",
-        10,
         "section 4, below figure 9",
         "An infinitely unstable orbit U4 of period 4 exists, approximately "
         "(-0.466, -0.254, 0.279, 0.492)",
@@ -254,7 +231,6 @@ def _u4(facts: Facts) -> Claim:
 def _in_the_basin(facts: Facts) -> Claim:
     return claim(
         "coulomb.u4_basin",
-        10,
         "section 4, below figure 9",
         "U4 lies in the basin of S4",
         Finding(
@@ -278,7 +254,6 @@ def _transients(facts: Facts) -> Claim:
     jumped = abs(float(right[1] - right[0]))
     return claim(
         "coulomb.transients",
-        10,
         "section 4, below figure 9, and figure 10",
         "Orbits that start on different sides of the discontinuity are attracted by S4 in "
         "different ways",
@@ -295,3 +270,10 @@ def _transients(facts: Facts) -> Claim:
             one_sided and jumped > 10.0 * abs(float(left[1] - left[0])),
         ),
     )
+
+
+CLAIMS: Final = {
+    5: (_two_attractors, _unstable_orbits, _near_the_jump),
+    9: (_basins, _no_separatrix),
+    10: (_multiplier, _u4, _in_the_basin, _transients),
+}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,8 +17,6 @@ from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import WINDOW, in_window
-
-FIGURES: Final = (11, 12, 17)
 
 ALPHA: Final = 1.208
 BLOCK: Final = 2
@@ -86,16 +83,6 @@ def _transient(d: float) -> Transient:
     return Transient(d, touch.time, float(x2 + model.alpha * (x2 - x1)))
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 11, 12 and 17."""
-    yield _several(facts)
-    yield _p1(facts)
-    yield _cusps(facts)
-    yield _transients(facts)
-    yield _tangent(facts)
-    yield _only_end_points(facts)
-
-
 def _several(facts: Facts) -> Claim:
     stable = facts.orbits.stable
     listing = "; ".join(
@@ -108,7 +95,6 @@ def _several(facts: Facts) -> Claim:
     outside = [o for o in stable if not all(lo < x < hi for x in o.points)]
     return claim(
         "law9.several",
-        11,
         "section 4, second example",
         "For these parameters several attractors may exist, of which only those in "
         "0.379 < d < 0.390 are studied",
@@ -132,7 +118,6 @@ def _p1(facts: Facts) -> Claim:
     fixed = [o for o in facts.orbits.of_period(1) if lo < o.points[0] < hi]
     return claim(
         "law9.p1",
-        12,
         "section 4, second example",
         "For alpha = 1.208 the map has the stable fixed point P1",
         Finding(
@@ -153,7 +138,6 @@ def _cusps(facts: Facts) -> Claim:
     )
     return claim(
         "law9.cusps",
-        12,
         "section 4, second example",
         "The first iterated map has one cusp in the range of d, the second has two",
         Finding(
@@ -172,7 +156,6 @@ def _transients(facts: Facts) -> Claim:
     value = next(value for name, value in facts.numbers.items() if "cusp" in name)
     return claim(
         "law9.transients",
-        17,
         "section 4, second example, figure 17",
         "Starts at 0.3812 and 0.3818 lie on the two sides of the cusp, d of about 0.3815, and "
         "block 2 first comes to rest in different ways",
@@ -193,7 +176,6 @@ def _tangent(facts: Facts) -> Claim:
     off = abs(sticking.force - facts.limit)
     return claim(
         "law9.tangent",
-        17,
         "section 4, second example, below figure 16",
         "The cusps correspond to motions tangent to the sticking interval",
         Finding(
@@ -221,7 +203,6 @@ def _only_end_points(facts: Facts) -> Claim:
     listing = "; ".join(f"{item.d:.8f}, a {item.kind}: {item.mechanism}" for item in grazes)
     return claim(
         "law9.end_points",
-        17,
         "section 4, eq. (16)",
         "With law (9) a motion can be tangent to the sticking interval only at its end points",
         Finding(
@@ -231,3 +212,6 @@ def _only_end_points(facts: Facts) -> Claim:
         ),
         mechanism="F(0) is the static limit: a touch without acceleration needs the full force",
     )
+
+
+CLAIMS: Final = {11: (_several,), 12: (_p1, _cusps), 17: (_transients, _tangent, _only_end_points)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -15,8 +14,6 @@ from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001.orbits import WINDOW
-
-FIGURES: Final = (2,)
 
 SAMPLES: Final = 200  # starting points over a domain
 ROUNDING: Final = 1e-15
@@ -80,19 +77,9 @@ def _system(name: str, model: TwoBlock) -> System:
     )
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Domain, onset of slip, gaps, motions without global stick."""
-    both = (facts.coulomb, facts.law9)
-    yield _domain(both)
-    yield _onset(both)
-    yield _defined(facts)
-    yield _without_global_stick(facts)
-
-
-def _domain(systems: tuple[System, ...]) -> Claim:
+def _domain(facts: Facts) -> Claim:
     return claim(
         "map.domain",
-        2,
         "section 3, below eq. (12)",
         "The map's field of definition is the projection AC of the global stick locus on d",
         *tuple(
@@ -102,16 +89,15 @@ def _domain(systems: tuple[System, ...]) -> Claim:
                 f"{one.projection[0]:.12f} .. {one.projection[1]:.12f}",
                 bool(np.allclose(one.domain, one.projection, rtol=0.0, atol=4 * ROUNDING)),
             )
-            for one in systems
+            for one in (facts.coulomb, facts.law9)
         ),
         note="That the map has a value all over this interval is another claim: see below.",
     )
 
 
-def _onset(systems: tuple[System, ...]) -> Claim:
+def _onset(facts: Facts) -> Claim:
     return claim(
         "map.onset",
-        2,
         "section 3, below eq. (6)",
         "A global stick phase ends where a block reaches the right end of its interval (6)",
         *tuple(
@@ -120,7 +106,7 @@ def _onset(systems: tuple[System, ...]) -> Claim:
                 f"{one.name}: forward from {one.forward} of {SAMPLES} starts over the domain",
                 one.forward == 0,
             )
-            for one in systems
+            for one in (facts.coulomb, facts.law9)
         ),
         mechanism="the belt carries both blocks in the direction in which their springs tighten",
     )
@@ -132,7 +118,6 @@ def _defined(facts: Facts) -> Claim:
     clear = all(b < lo or a > hi for a, b in law9.gaps)
     return claim(
         "map.defined",
-        2,
         "section 3, last paragraph",
         "For a small driving velocity every motion that starts as a global stick phase has more of "
         "them, so that the map is well defined, as the examples show",
@@ -156,7 +141,6 @@ def _without_global_stick(facts: Facts) -> Claim:
     law9 = facts.law9
     return claim(
         "map.no_global_stick",
-        2,
         "section 3, last paragraph",
         "Even for a small driving velocity, and more probably with Coulomb friction, there can be "
         "steady motions without any global stick phase",
@@ -190,3 +174,6 @@ def _gaps(one: System) -> str:
     listing = ", ".join(f"({a:.5f}, {b:.5f})" for a, b in one.gaps)
     ended = ", ".join(one.endings)
     return f"{one.name}: no value in {listing}, {one.undefined:.2%} of the domain ({ended})"
+
+
+CLAIMS: Final = {2: (_domain, _onset, _defined, _without_global_stick)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -13,8 +12,6 @@ from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, flip_
 from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import Moment, in_window, moment
-
-FIGURES: Final = (11,)
 
 FLIP: Final = "alpha of the flip of P1"
 APPROACH: Final = (1.20915, 1.2093, 1.2095, 1.2097)  # between the birth of A and the flip
@@ -45,18 +42,10 @@ def facts() -> Facts:
     )
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figure 11 around the flip of P1."""
-    yield _p1(facts)
-    yield _flip(facts)
-    yield _approach(facts)
-
-
 def _p1(facts: Facts) -> Claim:
     below, above = (m.p1.multiplier for m in (facts.below, facts.above))
     return claim(
         "law9.p1_stability",
-        11,
         "section 4, second example",
         "As alpha grows P1 changes stability at about 1.2099",
         Finding(
@@ -76,7 +65,6 @@ def _flip(facts: Facts) -> Claim:
         distance = float(np.abs(below.a.points - below.p1.points[0]).max())
     return claim(
         "law9.flip",
-        11,
         "section 4, second example",
         "At 1.2099 P1 and A meet in a smooth subcritical flip: the unstable period-2 orbit is gone "
         "and P1 is unstable",
@@ -106,8 +94,10 @@ def _approach(facts: Facts) -> Claim:
     )
     return claim(
         "law9.approach",
-        11,
         "section 4, second example",
         "As alpha grows, A approaches P1",
         Finding("its distance from P1 falls", listing, all(a > b for a, b in pairwise(apart))),
     )
+
+
+CLAIMS: Final = {11: (_p1, _flip, _approach)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -20,8 +19,6 @@ from stickslip.studies.claim import Claim, Finding, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.claims.collision import BESIDE, COLLISION
 from stickslip.studies.galvanetto2001.orbits import jump_of_s4
-
-FIGURES: Final = (7,)
 
 BLOCK: Final = 2
 PAST: Final = 0.0370  # the paper's figure 7(b)
@@ -145,21 +142,10 @@ def _sticks_past() -> tuple[int, tuple[float, ...]]:
     return orbit.period, tuple(float(motion.x(e.time)[BLOCK - 1]) for e in sticks)
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figure 7 and the equations around it."""
-    yield _grazing(facts)
-    yield _lobe_approaches(facts)
-    yield _keeps_touching(facts)
-    yield _tangency(facts)
-    yield _becomes_sticking(facts)
-    yield _avoided(facts)
-
-
 def _grazing(facts: Facts) -> Claim:
     jump = facts.jump
     return claim(
         "grazing.orbit",
-        7,
         "section 4, second paragraph",
         "The transition is linked to a grazing motion of block 2",
         Finding(
@@ -178,7 +164,6 @@ def _lobe_approaches(facts: Facts) -> Claim:
     rising = all(a < b < 0.0 for a, b in pairwise(heights))
     return claim(
         "grazing.lobe",
-        7,
         "section 4, second paragraph",
         "A lobe of S4 is close to a tangency with the belt velocity, comes closer as V grows, and "
         "touches at the collision",
@@ -200,7 +185,6 @@ def _keeps_touching(facts: Facts) -> Claim:
     place = facts.touches[0].place
     return claim(
         "grazing.near_zero",
-        7,
         "section 4, second paragraph",
         "Past the collision the motion keeps meeting the stick interval near X_2 = 0",
         Finding(
@@ -223,7 +207,6 @@ def _tangency(facts: Facts) -> Claim:
     listing = ", ".join(f"{one.force:.12f} (mu = {one.mu})" for one in facts.touches)
     return claim(
         "grazing.tangency",
-        7,
         "section 4, eq. (14)",
         "The motion is tangent to the stick interval where X_2 + alpha (X_2 - X_1) = beta mu_k "
         "while block 2 has the belt's velocity",
@@ -239,7 +222,6 @@ def _becomes_sticking(facts: Facts) -> Claim:
     one = facts.touches[0]
     return claim(
         "grazing.sticks",
-        7,
         "section 4, eq. (15)",
         "The tangent point becomes a sticking point, which block 2 leaves at the right end of its "
         "interval, where X_2 + alpha (X_2 - X_1) = beta",
@@ -269,7 +251,6 @@ def _avoided(facts: Facts) -> Claim:
     jumps = [item for item in facts.law9 if item.kind == "jump"]
     return claim(
         "grazing.avoided",
-        7,
         "section 4, below eq. (15), and section 5",
         "The cause is a kinetic friction below the static one: with mu_k = 1 such a bifurcation "
         "would be avoided",
@@ -300,3 +281,8 @@ def _avoided(facts: Facts) -> Claim:
             else ""
         ),
     )
+
+
+CLAIMS: Final = {
+    7: (_grazing, _lobe_approaches, _keeps_touching, _tangency, _becomes_sticking, _avoided)
+}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -20,8 +19,6 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.studies.claim import Claim, Finding, Value, claim
 from stickslip.studies.galvanetto2001 import printed
 from stickslip.studies.galvanetto2001.orbits import cusp_of, in_window
-
-FIGURES: Final = (11, 16)
 
 BIRTH: Final = "alpha of the cusps of f^2 on the diagonal"
 END: Final = "alpha of the cusp of f on the diagonal"
@@ -113,17 +110,6 @@ def _figure(f: WindowMap) -> tuple[float, float, float]:
     return float(u1), cusp, float(p1)
 
 
-def claims(facts: Facts) -> Iterator[Claim]:
-    """Figures 11, 13 and 16."""
-    yield _p1_ends(facts)
-    yield _together(facts)
-    yield _figure_16(facts)
-    yield _finite_slopes(facts)
-    yield _outcomes(facts)
-    yield _local_shape(facts)
-    yield _folding(facts)
-
-
 def _participants(cusp: Cusp) -> dict[str, PeriodicOrbit]:
     """P1, U1 and B among the orbits beside the cusp of f."""
     named: dict[str, PeriodicOrbit] = {}
@@ -140,7 +126,6 @@ def _p1_ends(facts: Facts) -> Claim:
     fixed = [o.points[0] for o in facts.above.of_period(1)]
     return claim(
         "law9.p1_ends",
-        11,
         "section 4, second example",
         "P1 disappears at about 1.21865",
         Finding(
@@ -164,7 +149,6 @@ def _together(facts: Facts) -> Claim:
     listing = ", ".join(f"{n} of period {p}" for p, n in sorted(lost.items()))
     return claim(
         "law9.together",
-        16,
         "section 4, second example",
         "The unstable P1, U1 and B vanish together, near 1.21865, when the cusp of f meets the "
         "diagonal; there the three coincide",
@@ -194,7 +178,6 @@ def _figure_16(facts: Facts) -> Claim:
     u1, cusp, p1 = facts.figure
     return claim(
         "law9.before_the_end",
-        16,
         "figure 16",
         "At alpha = 1.2182, slightly below the bifurcation, the cusp is still above the diagonal",
         Finding(
@@ -210,7 +193,6 @@ def _finite_slopes(facts: Facts) -> Claim:
     listing = "; ".join(f"{left:.6f} and {right:.6f}" for left, right in pairs)
     return claim(
         "law9.finite_slopes",
-        16,
         "section 4, second example",
         "At both bifurcations the slope is set-valued with a finite difference, and the set meets "
         "the unit circle",
@@ -238,7 +220,6 @@ def _outcomes(facts: Facts) -> Claim:
     ]
     return claim(
         "law9.outcomes",
-        16,
         "section 4, second example",
         "At the first a chaotic attractor is created together with an unknown number of unstable "
         "orbits, at the second, for falling alpha, only unstable orbits",
@@ -271,7 +252,6 @@ def _local_shape(facts: Facts) -> Claim:
     alone = attractor_of_skew_tent(*first.own, paired_side(*first.own))
     return claim(
         "law9.local_shape",
-        16,
         "section 4, second example",
         "The different outcome cannot be inferred only from the local shape of the map, the slopes "
         "of the two branches that meet at the cusp; the shape away from the cusp matters, too",
@@ -308,7 +288,6 @@ def _folding(facts: Facts) -> Claim:
     first, last = facts.first, facts.last
     return claim(
         "law9.folding",
-        16,
         "section 4, second example",
         "At the first the map is folded so that orbits that leave the zone of the cusp are brought "
         "back; at the second there is no folding back",
@@ -324,3 +303,9 @@ def _folding(facts: Facts) -> Claim:
         ),
         note="The folding back is that of the two branches at the cusp themselves.",
     )
+
+
+CLAIMS: Final = {
+    11: (_p1_ends,),
+    16: (_together, _figure_16, _finite_slopes, _outcomes, _local_shape, _folding),
+}

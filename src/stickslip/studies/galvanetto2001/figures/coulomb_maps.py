@@ -45,13 +45,20 @@ def compute_orbits() -> Orbits:
     return Orbits(model, trace(f, f.domain), coulomb_orbits(f), jump_of_s4(f).d)
 
 
-def draw_orbits(data: Orbits, figure: Figure) -> None:
+def draw_orbits(figure: Figure) -> str:
     """Draw the map; bold points mark attractors, squares unstable orbits, as in the paper."""
+    data = compute_orbits()
     ax = figure.add_subplot()
     draw_curve(data.curve, ax, window=data.model.domain)
     for orbit in data.orbits.values():
         mark_orbit(ax, orbit.points, stable=orbit.stable)
     _names(ax, data)
+    slopes = ", ".join(f"{name} {item.multiplier:.4g}" for name, item in data.orbits.items())
+    return (
+        f"Event map for {named(data.model)} over its whole domain. Bold points: attractors S1 and "
+        "S4 (points numbered in their order); squares: unstable fixed points. There are no other "
+        f"orbits up to period 4, save infinitely unstable ones. Multipliers: {slopes}."
+    )
 
 
 def _names(ax: Axes, data: Orbits) -> None:
@@ -64,16 +71,6 @@ def _names(ax: Axes, data: Orbits) -> None:
     for number, d in enumerate(s4, start=1):
         image = s4[number % 4]
         ax.annotate(str(number), (d, image), (-2, 6), textcoords="offset points", ha="right")
-
-
-def describe_orbits(data: Orbits) -> str:
-    """Describe the picture with the multipliers."""
-    slopes = ", ".join(f"{name} {item.multiplier:.4g}" for name, item in data.orbits.items())
-    return (
-        f"Event map for {named(data.model)} over its whole domain. Bold points: attractors S1 and "
-        "S4 (points numbered in their order); squares: unstable fixed points. There are no other "
-        f"orbits up to period 4, save infinitely unstable ones. Multipliers: {slopes}."
-    )
 
 
 # Figure 6: event map of the Coulomb system for V = 0.0370 and its attractor.
@@ -95,18 +92,14 @@ def compute_after() -> After:
     return After(model, trace(f, f.domain), after, s1)
 
 
-def draw_after(data: After, figure: Figure) -> None:
+def draw_after(figure: Figure) -> str:
     """Draw the map; bold points mark the attractor, as in the paper."""
+    data = compute_after()
     ax = figure.add_subplot()
     draw_curve(data.curve, ax, window=data.model.domain)
     mark_orbit(ax, data.s1.points)
     mark_orbit(ax, data.attractor.points, ms=2.6)
-
-
-def describe_after(data: After) -> str:
-    """Describe the picture; say what the attractor is."""
-    p = data.model.parameters
-    orbit = data.attractor
+    p, orbit = data.model.parameters, data.attractor
     return (
         f"Event map for alpha = {p['alpha']:g}, beta = {p['beta']:g}, mu = {p['mu']:g}, "
         f"V = {p['V']:.4f}. Small points: the attractor that follows S4 after its collision with "
@@ -120,54 +113,25 @@ VELOCITIES: Final = (0.0366, 0.0372)
 ENLARGED: Final = (0.2745, 0.2803)  # the paper's enlarged views print no numbers that we have
 
 
-@dataclass(frozen=True)
-class Fourth:
-    """Graphs of f^4: whole, enlarged, enlarged after the collision; the four points of S4."""
-
-    domain: tuple[float, float]
-    whole: Curve
-    before: Curve
-    after: Curve
-    s4: Floats
-
-
-def compute_fourth() -> Fourth:
-    """Trace the fourth iterate for both velocities; S4 exists for the first only."""
-    f, g = (event_map(examples.coulomb(V=V)) for V in VELOCITIES)
-    f4 = f.power(4)
-    s4 = from_point_1(coulomb_orbits(f)["S4"], jump_of_s4(f).d)
-    return Fourth(
-        f.domain,
-        trace(f4, f.domain, points=3001),
-        trace(f4, ENLARGED),
-        trace(g.power(4), ENLARGED),
-        s4,
-    )
-
-
-def draw_fourth(data: Fourth, figure: Figure) -> None:
-    """Draw three panels; circles mark S4, as in the paper."""
+def draw_fourth(figure: Figure) -> str:
+    """Draw f^4 whole, enlarged, and enlarged after the collision; circles: S4, as in the paper."""
     axes = figure.subplots(1, 3)
-    curves = (data.whole, data.before, data.after)
-    for ax, letter, curve in zip(axes, "abc", curves, strict=True):
-        window = data.domain if curve is data.whole else ENLARGED
-        enlarged = curve is not data.whole
-        draw_curve(curve, ax, window=window, power=4, linewidth=0.9, ticks=4, jumps=enlarged)
-        V = VELOCITIES[letter == "c"]
-        panel_letter(ax, letter, rf"$V_{{\mathrm{{dr}}}} = {V:g}$")
+    f, g = (event_map(examples.coulomb(V=V)) for V in VELOCITIES)
+    panels = (f, f.domain, 3001), (f, ENLARGED, 801), (g, ENLARGED, 801)
+    for ax, letter, (each, window, points) in zip(axes, "abc", panels, strict=True):
+        curve, whole = trace(each.power(4), window, points=points), letter == "a"
+        draw_curve(curve, ax, window=window, power=4, linewidth=0.9, ticks=4, jumps=not whole)
+        panel_letter(ax, letter, rf"$V_{{\mathrm{{dr}}}} = {each.model.V:g}$")
+    s4 = from_point_1(coulomb_orbits(f)["S4"], jump_of_s4(f).d)
     circle: dict[str, Any] = {"mfc": "white", "mew": 1.0, "ms": 4.5}
-    mark_orbit(axes[0], data.s4, power=4, **circle)
-    mark_orbit(axes[1], data.s4[:1], power=4, **circle)
-
-
-def describe_fourth(data: Fourth) -> str:
-    """Describe the panels and the enlarged window."""
+    mark_orbit(axes[0], s4, power=4, **circle)
+    mark_orbit(axes[1], s4[:1], power=4, **circle)
     return (
         f"Fourth iterated map for {named(examples.coulomb(), 'V')}: (a) V = {VELOCITIES[0]:g}, "
         f"circles: S4; (b) enlarged, {ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice), dotted: "
         "the jump; (c) the same for "
         f"V = {VELOCITIES[1]:g}, where S4 has met the jump and is gone. The point of S4 in (b) is "
-        f"d = {data.s4[0]:.10f}."
+        f"d = {s4[0]:.10f}."
     )
 
 
@@ -198,8 +162,9 @@ def compute_basins() -> Divided:
     return Divided(model, trace(f, f.domain), found, s1)
 
 
-def draw_basins(data: Divided, figure: Figure) -> None:
+def draw_basins(figure: Figure) -> str:
     """Draw the map over its basins; the basin of S1 is hatched, as in the paper."""
+    data = compute_basins()
     ax = figure.add_subplot()
     draw_curve(data.curve, ax, window=data.model.domain)
     for low, high in data.hatched:
@@ -209,10 +174,6 @@ def draw_basins(data: Divided, figure: Figure) -> None:
     for attractor in data.basins.attractors:
         if attractor.orbit is not None:
             mark_orbit(ax, attractor.orbit.points)
-
-
-def describe_basins(data: Divided) -> str:
-    """Describe the basins with their edges."""
     intervals = " and ".join(f"{low:.10f} < d < {high:.10f}" for low, high in data.hatched)
     share = data.basins.share(data.s1)
     return (
@@ -248,8 +209,9 @@ def compute_transients() -> Transients:
     return Transients(curves, s4, unstable, f4.iterate(left, STEPS), f4.iterate(right, STEPS))
 
 
-def draw_transients(data: Transients, figure: Figure) -> None:
+def draw_transients(figure: Figure) -> str:
     """Draw both windows with the two transients, S4 and the points of U4."""
+    data = compute_transients()
     axes = figure.subplots(1, 2)
     for ax, letter, curve, window in zip(axes, "ab", data.curves, WINDOWS, strict=True):
         draw_curve(curve, ax, window=window, power=4, jumps=letter == "b")
@@ -258,6 +220,15 @@ def draw_transients(data: Transients, figure: Figure) -> None:
         _mark(ax, data, window)
         panel_letter(ax, letter)
     axes[1].legend(loc="upper left")
+    points = ", ".join(f"{d:.6f}" for d in data.u4)
+    return (
+        f"Fourth iterated map for {named(examples.coulomb())}: (a) over "
+        f"{WINDOWS[0][0]:g} < d < {WINDOWS[0][1]:g} "
+        f"and (b) enlarged (our choice). From the left side of the jump d = {data.u4[0]:.10f} the "
+        "orbit climbs down to the nearest point of S4; from the right side it leaves for "
+        f"d = {data.from_right[1]:.4f} and settles at d = {data.from_right[-1]:.4f}, another "
+        f"point of S4. Squares: the infinitely unstable U4, d = {points}; the first is on the jump."
+    )
 
 
 def _mark(ax: Axes, data: Transients, window: tuple[float, float]) -> None:
@@ -270,23 +241,10 @@ def _mark(ax: Axes, data: Transients, window: tuple[float, float]) -> None:
         ax.annotate("$S_4$", (d, d), (-1, -16), textcoords="offset points")
 
 
-def describe_transients(data: Transients) -> str:
-    """Describe the two transients."""
-    points = ", ".join(f"{d:.6f}" for d in data.u4)
-    return (
-        f"Fourth iterated map for {named(examples.coulomb())}: (a) over "
-        f"{WINDOWS[0][0]:g} < d < {WINDOWS[0][1]:g} "
-        f"and (b) enlarged (our choice). From the left side of the jump d = {data.u4[0]:.10f} the "
-        "orbit climbs down to the nearest point of S4; from the right side it leaves for "
-        f"d = {data.from_right[1]:.4f} and settles at d = {data.from_right[-1]:.4f}, another "
-        f"point of S4. Squares: the infinitely unstable U4, d = {points}; the first is on the jump."
-    )
-
-
 FIGURES: Final = {
-    5: PaperFigure("one", 3.3, compute_orbits, draw_orbits, describe_orbits),
-    6: PaperFigure("one", 3.3, compute_after, draw_after, describe_after),
-    8: PaperFigure("two", 2.5, compute_fourth, draw_fourth, describe_fourth),
-    9: PaperFigure("one", 3.3, compute_basins, draw_basins, describe_basins),
-    10: PaperFigure("two", 3.5, compute_transients, draw_transients, describe_transients),
+    5: PaperFigure("one", 3.3, draw_orbits),
+    6: PaperFigure("one", 3.3, draw_after),
+    8: PaperFigure("two", 2.5, draw_fourth),
+    9: PaperFigure("one", 3.3, draw_basins),
+    10: PaperFigure("two", 3.5, draw_transients),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -70,6 +71,7 @@ class CoulombDiagram:
         return found
 
 
+@cache
 def compute_coulomb() -> CoulombDiagram:
     """Follow all orbits up to period 4 and the attractors over the paper's range of V."""
     model = examples.coulomb()
@@ -79,8 +81,9 @@ def compute_coulomb() -> CoulombDiagram:
     )
 
 
-def draw_coulomb(data: CoulombDiagram, figure: Figure) -> None:
+def draw_coulomb(figure: Figure) -> str:
     """Draw all motions, and enlarged the branch of S4 that meets the discontinuity."""
+    data = compute_coulomb()
     whole, enlarged = figure.subplots(1, 2)
     draw_diagram(data.diagram, whole, breakpoints=False, marks=False)
     whole.set_ylim(-0.58, 0.62)
@@ -89,6 +92,18 @@ def draw_coulomb(data: CoulombDiagram, figure: Figure) -> None:
     for ax, letter in ((whole, "a"), (enlarged, "b")):
         ax.set_xticks(np.linspace(*V_RANGE, 4))
         panel_letter(ax, letter)
+    lowest, longest = min(data.long_periods), max(data.long_periods)
+    periodic = (data.diagram.attractors.kind == "periodic").all()
+    rest = "No attractor was found that is not periodic." if periodic else ""
+    return (
+        f"Steady motions for {named(data.model, 'V')}. (a) "
+        "Heavy: attractors S1 and S4 (points numbered in their order), thin: unstable orbits U1 "
+        "and U2; there are no other orbits up to period 4. Dots: the attractors that follow S4, "
+        f"all of their points. (b) Enlarged, {ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice): "
+        f"the branch S41 meets the line of discontinuity D at V = {data.end:.12f} (circle). The "
+        "motions that the paper calls non-periodic have long periods here, "
+        f"{lowest} to {longest} at the {len(data.diagram.values)} values of V drawn. {rest}"
+    ).rstrip()
 
 
 def _name_motions(ax: Axes, data: CoulombDiagram) -> None:
@@ -122,23 +137,6 @@ def _draw_enlarged(ax: Axes, data: CoulombDiagram) -> None:
     ax.set_ylabel("$d$")
 
 
-def describe_coulomb(data: CoulombDiagram) -> str:
-    """Describe both panels, where S4 ends and what follows it."""
-    longest = max(data.long_periods)
-    lowest = min(data.long_periods)
-    chaotic = np.unique(data.diagram.attractors.kind[data.diagram.attractors.kind != "periodic"])
-    rest = "No attractor was found that is not periodic." if not chaotic.size else ""
-    return (
-        f"Steady motions for {named(data.model, 'V')}. (a) "
-        "Heavy: attractors S1 and S4 (points numbered in their order), thin: unstable orbits U1 "
-        "and U2; there are no other orbits up to period 4. Dots: the attractors that follow S4, "
-        f"all of their points. (b) Enlarged, {ENLARGED[0]:g} < d < {ENLARGED[1]:g} (our choice): "
-        f"the branch S41 meets the line of discontinuity D at V = {data.end:.12f} (circle). The "
-        "motions that the paper calls non-periodic have long periods here, "
-        f"{lowest} to {longest} at the {len(data.diagram.values)} values of V drawn. {rest}"
-    ).rstrip()
-
-
 # Figure 11: bifurcation diagram of the system with friction law (9).
 RANGE: Final = (1.208, 1.21865)
 VALUES: Final = 427
@@ -168,6 +166,7 @@ class Law9Diagram:
         return {"P1": p1, "S1": s1, "U1": u1, "A": a, "B": b}
 
 
+@cache
 def compute_law9() -> Law9Diagram:
     """Follow all orbits up to period 2 and the attractors over the paper's range and window."""
     model = examples.law9()
@@ -178,13 +177,27 @@ def compute_law9() -> Law9Diagram:
     return Law9Diagram(model, diagram)
 
 
-def draw_law9(data: Law9Diagram, figure: Figure) -> None:
+def draw_law9(figure: Figure) -> str:
     """Draw the diagram; thick attracting and thin unstable periodic motions, as in the paper."""
+    data = compute_law9()
     ax = figure.add_subplot()
     draw_diagram(data.diagram, ax, breakpoints=False, marks=False, dots=128)
     looks: dict[str, Any] = {"marker": ".", "ms": 1.6, "mew": 0.0, "color": STABLE["color"]}
     draw_attractors(data.diagram, ax, kinds=("periodic",), **looks)
     _name_orbits(ax, data)
+    orbits = data.orbits
+    cascade = next(o for o in data.diagram.of_period(2) if o.ends[0].reason == "flip")
+    return (
+        f"Bifurcation diagram for {named(data.model, 'alpha')} in the window "
+        f"{WINDOW[0]:g} < d < {WINDOW[1]:g}. "
+        "Heavy: stable, thin: unstable orbits up to period 2, all of them; dots: other attractors, "
+        "black for cycles of longer periods, blue for chaotic ones. A and B are born "
+        f"on the cusps of f^2 at alpha = {orbits['A'].ends[0].value:.12f}; A dies at the flip of "
+        f"P1, {orbits['A'].ends[1].value:.12f}; S1 and U1 are born in a fold at "
+        f"{orbits['S1'].ends[0].value:.12f}; S1 doubles at {cascade.ends[0].value:.12f}; P1, U1 "
+        f"and B vanish together at {orbits['P1'].ends[1].value:.12f}. One more unstable orbit of "
+        "period 2, which the paper does not mention, surrounds them all."
+    )
 
 
 def _name_orbits(ax: Axes, data: Law9Diagram) -> None:
@@ -216,23 +229,6 @@ def _name_orbits(ax: Axes, data: Law9Diagram) -> None:
             arrowprops={"arrowstyle": "-", "lw": 0.4, "shrinkA": 1.0, "shrinkB": 0.0},
             zorder=7,
         )
-
-
-def describe_law9(data: Law9Diagram) -> str:
-    """Describe the diagram with the values of alpha at which orbits begin and end."""
-    orbits = data.orbits
-    cascade = next(o for o in data.diagram.of_period(2) if o.ends[0].reason == "flip")
-    return (
-        f"Bifurcation diagram for {named(data.model, 'alpha')} in the window "
-        f"{WINDOW[0]:g} < d < {WINDOW[1]:g}. "
-        "Heavy: stable, thin: unstable orbits up to period 2, all of them; dots: other attractors, "
-        "black for cycles of longer periods, blue for chaotic ones. A and B are born "
-        f"on the cusps of f^2 at alpha = {orbits['A'].ends[0].value:.12f}; A dies at the flip of "
-        f"P1, {orbits['A'].ends[1].value:.12f}; S1 and U1 are born in a fold at "
-        f"{orbits['S1'].ends[0].value:.12f}; S1 doubles at {cascade.ends[0].value:.12f}; P1, U1 "
-        f"and B vanish together at {orbits['P1'].ends[1].value:.12f}. One more unstable orbit of "
-        "period 2, which the paper does not mention, surrounds them all."
-    )
 
 
 # Figure 15: the chaotic attractor of law (9) meets the boundary of its basin, U1.
@@ -274,6 +270,7 @@ class Crisis:
         return float(self.diagram.values[self.chaotic].max())
 
 
+@cache
 def compute_crisis() -> Crisis:
     """Follow the fixed points and the attractors, and orbits of the cusp."""
     model = examples.law9()
@@ -299,8 +296,9 @@ def compute_crisis() -> Crisis:
     return data
 
 
-def draw_crisis(data: Crisis, figure: Figure) -> None:
+def draw_crisis(figure: Figure) -> str:
     """Draw the attractor as an area, transients as dots and fixed points as lines over alpha."""
+    data = compute_crisis()
     ax = figure.add_subplot()
     values = data.diagram.values
     low, high = np.where(data.chaotic[:, None], data.edges, np.nan).T
@@ -309,6 +307,18 @@ def draw_crisis(data: Crisis, figure: Figure) -> None:
     grid = np.broadcast_to(values[:, None], data.transients.shape)
     ax.plot(grid, data.transients, ".", color=PALETTE["blue"], ms=0.9, mew=0.0, zorder=2)
     _name_fixed_points(ax, data)
+    step = float(np.diff(values).mean())
+    return (
+        f"Fixed points and attractors for {named(data.model, 'alpha')}, "
+        f"{CRISIS_RANGE[0]:g} < alpha < {CRISIS_RANGE[1]:g} (ranges are our choice). Shaded: the "
+        "chaotic attractor, between the first two images of the cusp; heavy "
+        "line: the stable fixed point S1, thin lines: the unstable ones, U1 and P1. The lower "
+        "edge of the attractor meets U1, which was born with S1 in the fold at alpha = "
+        f"{data.u1.ends[0].value:.10f}; the last value with the attractor is "
+        f"{data.last_chaotic:.7f}, in steps of {step:.1e}. Dots: transients beyond the collision, "
+        f"{STEPS} images of {STARTS} points spread over the place of the attractor. They wander "
+        "over it, fall below U1 and settle on S1 (on the orbit of period 2 after its flip)."
+    )
 
 
 def _name_fixed_points(ax: Axes, data: Crisis) -> None:
@@ -325,24 +335,8 @@ def _name_fixed_points(ax: Axes, data: Crisis) -> None:
         ax.annotate(name, where, offset, textcoords="offset points", bbox=box, zorder=7)
 
 
-def describe_crisis(data: Crisis) -> str:
-    """Describe the picture and where the collision is seen."""
-    step, (low, high) = float(np.diff(data.diagram.values).mean()), CRISIS_RANGE
-    return (
-        f"Fixed points and attractors for {named(data.model, 'alpha')}, "
-        f"{low:g} < alpha < {high:g} (ranges are our choice). Shaded: the chaotic attractor, "
-        "between the first two images of the cusp; heavy "
-        "line: the stable fixed point S1, thin lines: the unstable ones, U1 and P1. The lower "
-        "edge of the attractor meets U1, which was born with S1 in the fold at alpha = "
-        f"{data.u1.ends[0].value:.10f}; the last value with the attractor is "
-        f"{data.last_chaotic:.7f}, in steps of {step:.1e}. Dots: transients beyond the collision, "
-        f"{STEPS} images of {STARTS} points spread over the place of the attractor. They wander "
-        "over it, fall below U1 and settle on S1 (on the orbit of period 2 after its flip)."
-    )
-
-
 FIGURES: Final = {
-    4: PaperFigure("two", 3.3, compute_coulomb, draw_coulomb, describe_coulomb),
-    11: PaperFigure("two", 4.0, compute_law9, draw_law9, describe_law9),
-    15: PaperFigure("one", 3.0, compute_crisis, draw_crisis, describe_crisis),
+    4: PaperFigure("two", 3.3, draw_coulomb),
+    11: PaperFigure("two", 4.0, draw_law9),
+    15: PaperFigure("one", 3.0, draw_crisis),
 }

@@ -31,51 +31,20 @@ from stickslip.studies.galvanetto2001.orbits import (
 
 
 # Figure 12: first and second iterated map of law (9) for alpha = 1.208.
-@dataclass(frozen=True)
-class BeforeBirth:
-    """Graphs of f and f^2, the cusp of f, and the fixed point P1 with its multiplier."""
-
-    model: TwoBlock
-    first: Curve
-    second: Curve
-    cusp: float
-    p1: float
-    multiplier: float
-
-
-def compute_p1() -> BeforeBirth:
-    """Trace both maps over the paper's window and solve for P1, right of the cusp."""
+def draw_p1(figure: Figure) -> str:
+    """Draw both maps over the paper's window with the stable fixed point P1, right of the cusp."""
     model = examples.law9()
-    f = event_map(model)
-    window = in_window(model.alpha)
+    f, window = event_map(model), in_window(model.alpha)
     (p1,) = fixed_points(window)
-    return BeforeBirth(
-        model,
-        trace(f, WINDOW),
-        trace(f.power(2), WINDOW),
-        cusp_of(window).d,
-        float(p1.points[0]),
-        p1.multiplier,
-    )
-
-
-def draw_p1(data: BeforeBirth, figure: Figure) -> None:
-    """Draw both maps with the stable fixed point."""
-    axes = figure.subplots(1, 2)
-    for power, (ax, letter, curve) in enumerate(
-        zip(axes, "ab", (data.first, data.second), strict=True), start=1
-    ):
-        draw_curve(curve, ax, window=WINDOW, power=power)
-        mark_orbit(ax, data.p1, power=power, stable=abs(data.multiplier) < 1.0)
+    d = float(p1.points[0])
+    for power, (ax, letter) in enumerate(zip(figure.subplots(1, 2), "ab", strict=True), start=1):
+        draw_curve(trace(f.power(power), WINDOW), ax, window=WINDOW, power=power)
+        mark_orbit(ax, d, power=power, stable=p1.stable)
         panel_letter(ax, letter)
-
-
-def describe_p1(data: BeforeBirth) -> str:
-    """Describe the picture with the cusp and P1 in numbers."""
     return (
-        f"(a) First and (b) second iterated map for {named(data.model)}. The map has its cusp at "
-        f"d = {data.cusp:.6f}; the bold point is the stable fixed point P1, d = {data.p1:.6f}, "
-        f"multiplier {data.multiplier:.5f}."
+        f"(a) First and (b) second iterated map for {named(model)}. The map has its cusp at "
+        f"d = {cusp_of(window).d:.6f}; the bold point is the stable fixed point P1, d = {d:.6f}, "
+        f"multiplier {p1.multiplier:.5f}."
     )
 
 
@@ -138,8 +107,9 @@ def _around(*groups: Floats) -> tuple[tuple[float, float], ...]:
     return tuple((middle - half, middle + half) for middle in middles)
 
 
-def draw_birth(data: Birth, figure: Figure) -> None:
+def draw_birth(figure: Figure) -> str:
     """Draw f^2 magnified towards the diagonal, then true to scale beside both cusps."""
+    data = compute_birth()
     axes = figure.subplots(1, 3)
     whole = data.whole
     higher = whole.x + MAGNIFICATION * (whole.y - whole.x)
@@ -156,6 +126,17 @@ def draw_birth(data: Birth, figure: Figure) -> None:
         centre, text = 0.5 * sum(window), f"$A_{corner}, B_{corner}$"
         offset = (6, -7) if corner == "1" else (-29, -2)
         axes[0].annotate(text, (centre, centre), offset, textcoords="offset points")
+    (a1, a2), (b1, b2) = data.a.points, data.b.points
+    return (
+        f"Second iterated map g for {named(data.model)}: (a) drawn at the height d + "
+        f"{MAGNIFICATION:g} (g(d) - d), so that the distance to the diagonal, at most "
+        f"{data.distance:.1e} between the cusps, is magnified {MAGNIFICATION:g} times (our choice; "
+        "points on the diagonal stay where they are); (b) and (c) true to scale beside its two "
+        f"cusps, at d = {data.cusps[0]:.8f} and {data.cusps[1]:.8f}. Squares: the unstable orbits "
+        f"A, d = {a1:.8f}, {a2:.8f} (multiplier {data.a.multiplier:.4f}), and B, d = {b1:.8f}, "
+        f"{b2:.8f} (multiplier {data.b.multiplier:.4f}); bold point: the fixed point P1, still "
+        "stable."
+    )
 
 
 def _mark_born(ax: Axes, data: Birth, window: tuple[float, float], named: str) -> None:
@@ -173,50 +154,31 @@ def _mark_born(ax: Axes, data: Birth, window: tuple[float, float], named: str) -
                 ax.annotate(name, (d, d), offset, textcoords="offset points")
 
 
-def describe_birth(data: Birth) -> str:
-    """Describe the panels, how the first is magnified, and the two orbits in numbers."""
-    (a1, a2), (b1, b2) = data.a.points, data.b.points
-    return (
-        f"Second iterated map g for {named(data.model)}: (a) drawn at the height d + "
-        f"{MAGNIFICATION:g} (g(d) - d), so that the distance to the diagonal, at most "
-        f"{data.distance:.1e} between the cusps, is magnified {MAGNIFICATION:g} times (our choice; "
-        "points on the diagonal stay where they are); (b) and (c) true to scale beside its two "
-        f"cusps, at d = {data.cusps[0]:.8f} and {data.cusps[1]:.8f}. Squares: the unstable orbits "
-        f"A, d = {a1:.8f}, {a2:.8f} (multiplier {data.a.multiplier:.4f}), and B, d = {b1:.8f}, "
-        f"{b2:.8f} (multiplier {data.b.multiplier:.4f}); bold point: the fixed point P1, still "
-        "stable."
-    )
-
-
 # Figure 14: first and second iterated map of law (9), alpha = 1.211, and its attractor.
 @dataclass(frozen=True)
 class Chaos:
-    """Graphs of f and f^2, the attractor of the motion that starts at the cusp, and P1."""
+    """The attractor of the motion that starts at the cusp, and P1."""
 
     model: TwoBlock
-    first: Curve
-    second: Curve
     attractor: Attractor
     p1: float
 
 
 def compute_chaos() -> Chaos:
-    """Trace both maps and identify the attractor."""
+    """Identify the attractor."""
     model = examples.law9(alpha=1.211)
-    f = event_map(model)
     window = in_window(model.alpha)
     (p1,) = fixed_points(window)
     (attractor,) = attractors(window, starts=[cusp_of(window).d])
-    first, second = trace(f, WINDOW), trace(f.power(2), WINDOW)
-    return Chaos(model, first, second, attractor, float(p1.points[0]))
+    return Chaos(model, attractor, float(p1.points[0]))
 
 
-def draw_chaos(data: Chaos, figure: Figure) -> None:
+def draw_chaos(figure: Figure) -> str:
     """Draw the part of each graph over the attractor heavy, the rest light, as in the paper."""
-    axes = figure.subplots(1, 2)
-    for power, (ax, letter, curve) in enumerate(
-        zip(axes, "ab", (data.first, data.second), strict=True), start=1
-    ):
+    data = compute_chaos()
+    f = event_map(data.model)
+    for power, (ax, letter) in enumerate(zip(figure.subplots(1, 2), "ab", strict=True), start=1):
+        curve = trace(f.power(power), WINDOW)
         draw_curve(curve, ax, window=WINDOW, power=power, linewidth=0.6)
         for low, high in data.attractor.bands:
             over = (curve.x >= low) & (curve.x <= high)
@@ -225,10 +187,6 @@ def draw_chaos(data: Chaos, figure: Figure) -> None:
             )
         mark_orbit(ax, data.p1, power=power, stable=False)
         panel_letter(ax, letter)
-
-
-def describe_chaos(data: Chaos) -> str:
-    """Describe the picture with the bands in numbers."""
     bands = " and ".join(f"[{low:.8f}, {high:.8f}]" for low, high in data.attractor.bands)
     exponent, error = data.attractor.lyapunov
     return (
@@ -265,12 +223,19 @@ def compute_lobe() -> Lobe:
     return Lobe(model, trace(f, LOBE), cusp_of(window).d, s1, u1, p1)
 
 
-def draw_lobe(data: Lobe, figure: Figure) -> None:
+def draw_lobe(figure: Figure) -> str:
     """Draw the map with its unstable fixed points and, enlarged, those beside the cusp."""
+    data = compute_lobe()
     for ax, letter, window in zip(figure.subplots(1, 2), "ab", (LOBE, ENLARGED), strict=True):
         draw_curve(data.curve, ax, window=window)
         _mark_fixed_points(ax, data, window)
         panel_letter(ax, letter)
+    return (
+        f"First iterated map for {named(data.model)}: (a) the lobe, (b) its cusp enlarged "
+        f"(ranges are our choice). Squares: the unstable fixed points U1, d = {data.u1:.8f}, and "
+        f"P1, d = {data.p1:.8f}, on both sides of the cusp d = {data.cusp:.8f}, and S1, "
+        f"d = {data.s1:.8f}, unstable since its period doubling."
+    )
 
 
 def _mark_fixed_points(ax: Axes, data: Lobe, window: tuple[float, float]) -> None:
@@ -285,19 +250,9 @@ def _mark_fixed_points(ax: Axes, data: Lobe, window: tuple[float, float]) -> Non
             ax.annotate(name, (d, d), offset, textcoords="offset points")
 
 
-def describe_lobe(data: Lobe) -> str:
-    """Describe the picture with the points in numbers."""
-    return (
-        f"First iterated map for {named(data.model)}: (a) the lobe, (b) its cusp enlarged "
-        f"(ranges are our choice). Squares: the unstable fixed points U1, d = {data.u1:.8f}, and "
-        f"P1, d = {data.p1:.8f}, on both sides of the cusp d = {data.cusp:.8f}, and S1, "
-        f"d = {data.s1:.8f}, unstable since its period doubling."
-    )
-
-
 FIGURES: Final = {
-    12: PaperFigure("two", 3.5, compute_p1, draw_p1, describe_p1),
-    13: PaperFigure("two", 2.35, compute_birth, draw_birth, describe_birth),
-    14: PaperFigure("two", 3.5, compute_chaos, draw_chaos, describe_chaos),
-    16: PaperFigure("two", 3.5, compute_lobe, draw_lobe, describe_lobe),
+    12: PaperFigure("two", 3.5, draw_p1),
+    13: PaperFigure("two", 2.35, draw_birth),
+    14: PaperFigure("two", 3.5, draw_chaos),
+    16: PaperFigure("two", 3.5, draw_lobe),
 }

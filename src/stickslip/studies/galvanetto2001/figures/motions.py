@@ -53,14 +53,23 @@ def _steady(model: TwoBlock) -> Steady:
     return Steady(model, motion.x(t)[:, BLOCK - 1], motion.v(t)[:, BLOCK - 1], period)
 
 
-def draw_steady(data: tuple[Steady, ...], figure: Figure) -> None:
+def draw_steady(figure: Figure) -> str:
     """Draw both phase portraits; heavy where the block rides in the stick interval."""
+    data = compute_steady()
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     for ax, letter, one in zip(axes, "ab", data, strict=True):
         draw_portrait(ax, one.x, one.v, block=BLOCK, V=one.model.V, linewidth=0.6)
         _enlarge(ax, one)
         panel_letter(ax, letter, rf"$V_{{\mathrm{{dr}}}} = {one.model.V:.4f}$")
     axes[1].set_ylabel("")
+    first, second = data
+    return (
+        f"Phase portraits of block 2 in steady motion for {named(first.model, 'V')}: "
+        f"(a) V = {first.model.V:.4f}, period "
+        f"{first.period} in global stick phases (S4); (b) V = {second.model.V:.4f}, period "
+        f"{second.period}. Heavy: where the block rides on the belt; dashed: the belt's velocity. "
+        "Insets enlarge the lobe that grazes it."
+    )
 
 
 def _enlarge(ax: Axes, one: Steady) -> None:
@@ -71,18 +80,6 @@ def _enlarge(ax: Axes, one: Steady) -> None:
     inset.set(xticks=(0.01, 0.03), yticks=(0.02, 0.03))
     inset.tick_params(labelsize=6.5)
     ax.indicate_inset_zoom(inset, edgecolor=PALETTE["grey"], lw=0.5)
-
-
-def describe_steady(data: tuple[Steady, ...]) -> str:
-    """Describe the two motions."""
-    first, second = data
-    return (
-        f"Phase portraits of block 2 in steady motion for {named(first.model, 'V')}: "
-        f"(a) V = {first.model.V:.4f}, period "
-        f"{first.period} in global stick phases (S4); (b) V = {second.model.V:.4f}, period "
-        f"{second.period}. Heavy: where the block rides on the belt; dashed: the belt's velocity. "
-        "Insets enlarge the lobe that grazes it."
-    )
 
 
 # Figure 17: transient motions on both sides of the cusp of the map, law (9), alpha = 1.208.
@@ -139,18 +136,15 @@ def _times(motion: Trajectory) -> Floats:
     return t
 
 
-def draw_transients(data: Transients, figure: Figure) -> None:
+def draw_transients(figure: Figure) -> str:
     """Draw both phase portraits with the stick interval and the end of the motion."""
+    data = compute_transients()
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     for ax, letter, one in zip(axes, "ab", data.transients, strict=True):
         draw_portrait(ax, one.x, one.v, block=BLOCK, V=data.model.V, interval=one.interval)
         ax.plot(one.x[-1], one.v[-1], "o", ms=3.5, color=PALETTE["blue"], zorder=4)
         panel_letter(ax, letter, f"$d = {one.d:g}$")
     axes[1].set_ylabel("")
-
-
-def describe_transients(data: Transients) -> str:
-    """Describe the two motions."""
     first, second = data.transients
     return (
         f"Phase portraits of block 2 for {named(data.model)} from the end of a global "
@@ -162,6 +156,6 @@ def describe_transients(data: Transients) -> str:
 
 
 FIGURES: Final = {
-    7: PaperFigure("two", 2.9, compute_steady, draw_steady, describe_steady),
-    17: PaperFigure("two", 2.9, compute_transients, draw_transients, describe_transients),
+    7: PaperFigure("two", 2.9, draw_steady),
+    17: PaperFigure("two", 2.9, draw_transients),
 }
