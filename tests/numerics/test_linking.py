@@ -1,6 +1,9 @@
 """Kernels are typed once, and linked, optimised and emitted once for each that Python calls."""
 
+from typing import Any
+
 import numba
+import numpy as np
 import pytest
 
 from stickslip.numerics.linking import Kernel
@@ -62,3 +65,20 @@ def test_an_error_of_typing_is_told_as_numba_tells_it():
     for _ in range(2):
         with pytest.raises(numba.TypingError, match="no_such_thing"):
             wrong(1.0)
+
+
+def test_short_loops_are_no_vectors_and_do_the_same():
+    def scaled(x):
+        for i in range(x.shape[0]):
+            x[i] = 0.1 * x[i]
+
+    codes = []
+    for short_loops in (False, True):
+        made: Any = kernel(short_loops=short_loops)(scaled)
+        x = np.arange(37.0)
+        made(x)
+        assert (x == 0.1 * np.arange(37.0)).all()
+        (code,) = made.overloads.values()
+        codes.append(code.library.get_llvm_str())
+    assert "x double>" in codes[0]
+    assert "x double>" not in codes[1]

@@ -80,6 +80,8 @@ def _code(library: JITCodeLibrary) -> dict[str, bytes]:
 class _EntryLibrary(_Library):
     """Machine code of what Python calls: of its own, whatever other code the process has."""
 
+    short_loops = False  # neither made vectors nor unrolled, which takes most of LLVM's time
+
     def finalize_with(self, part: _PartLibrary) -> None:
         part.link_into(self._final_module)
         self.finalize()
@@ -92,6 +94,12 @@ class _EntryLibrary(_Library):
         # One pass over all: numba makes two, for counted references, and there are none.
         made = self._codegen._module_pass_manager()
         manager, *builder = made if isinstance(made, tuple) else [made]  # alone in numba 0.61
+        if builder and self.short_loops:
+            tuned = llvm.create_pipeline_tuning_options(speed_level=3)
+            tuned.slp_vectorization = True
+            tuned.loop_vectorization = tuned.loop_unrolling = False
+            builder = [llvm.create_pass_builder(self._codegen._tm, tuned)]
+            manager = builder[0].getModulePassManager()
         manager.run(self._final_module, *builder)
 
 
@@ -212,6 +220,7 @@ class _EntryCompiler(_FunctionCompiler):
         target, descriptor = made.target_context, made.fndesc
         library = _EntryLibrary(target.codegen(), descriptor.qualname)
         library.enable_object_caching()
+        library.short_loops = self._entry.short_loops
         environment = Environment.from_fndesc(descriptor)
         target.create_cpython_wrapper(library, descriptor, environment, None, release_gil=True)
         library.finalize_with(made.library)
@@ -225,9 +234,14 @@ class Kernel(CPUDispatcher):
     """What Python calls, kept in a folder of the cache; kernels that name it call its part."""
 
     def __init__(
-        self, function: Callable[..., Any], options: dict[str, Any], folder: str | None
+        self,
+        function: Callable[..., Any],
+        options: dict[str, Any],
+        folder: str | None,
+        short_loops: bool = False,
     ) -> None:
         super().__init__(function, targetoptions=options)
+        self.short_loops = short_loops
         self._compiler = _EntryCompiler(self)
         self.folder = folder
         self._outside: list[Any] = []  # machine code lives as long as this

@@ -47,27 +47,31 @@ _making = threading.RLock()  # held while a module is made: other threads wait f
 @overload
 def kernel(func: F) -> F: ...
 @overload
-def kernel(*, inline: bool = ..., fused: bool = ...) -> Callable[[F], F]: ...
 def kernel(
-    func: F | None = None, *, inline: bool = False, fused: bool = False
+    *, inline: bool = ..., fused: bool = ..., short_loops: bool = ...
+) -> Callable[[F], F]: ...
+def kernel(
+    func: F | None = None, *, inline: bool = False, fused: bool = False, short_loops: bool = False
 ) -> F | Callable[[F], F]:
     """Compile a function for the CPU: IEEE rounding, no exceptions, no counted references.
 
     `inline` compiles it into its callers: for small functions on the hot path. `fused` lets the
     compiler fuse products into sums, a tenth faster over lanes. Of ``a b + c d`` it may fuse
-    either, and the last bit may differ between kernels that call it (docs/notes/0008).
+    either, and the last bit may differ between kernels that call it (docs/notes/0008). Of one that
+    Python calls `short_loops` says that loops, of all that it calls, are neither unrolled nor made
+    vectors: half of what LLVM does where motions are carried one by one, for nothing.
     """
     if func is None:
-        return lambda function: _compiled(function, inline, fused)
-    return _compiled(func, inline, fused)
+        return lambda function: _compiled(function, inline, fused, short_loops)
+    return _compiled(func, inline, fused, short_loops)
 
 
-def _compiled(func: F, inline: bool, fused: bool) -> F:
+def _compiled(func: F, inline: bool, fused: bool, short_loops: bool) -> F:
     if config.DISABLE_JIT:
         return func
     fastmath = {"contract"} if fused else False
     options = {**OPTIONS, "fastmath": fastmath, "forceinline": inline}
-    made: Any = Kernel(func, options, getattr(_instance_key, "value", "plain"))
+    made: Any = Kernel(func, options, getattr(_instance_key, "value", "plain"), short_loops)
     return made
 
 

@@ -291,7 +291,7 @@ def is_nan(d: Floats) -> bool:
     return False
 
 
-@kernel
+@kernel(short_loops=True)
 def carry_range(
     system: Any,
     laws: Floats,

@@ -88,7 +88,7 @@ def new_work() -> CollocationWork:
     )
 
 
-@kernel
+@kernel(short_loops=True)
 def advance(
     system: System, laws: Floats, motion: Motion, work: CollocationWork, rtol: float, cap: float
 ) -> tuple[float, int]:

@@ -122,7 +122,7 @@ def sharp_pull(
     return pull, low - work.start_e_low[block] + friction_low(system, laws, motion, block)
 
 
-@kernel(inline=True)
+@kernel(inline=True, short_loops=True)
 def advance(
     system: System, laws: Floats, motion: Motion, work: Work, rtol: float, cap: float
 ) -> tuple[float, int]:

@@ -81,7 +81,7 @@ def new_work() -> TaylorWork:
     )
 
 
-@kernel
+@kernel(short_loops=True)
 def advance(
     system: System, laws: Floats, motion: Motion, work: TaylorWork, rtol: float, cap: float
 ) -> tuple[float, int]:

@@ -12,11 +12,13 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable
+from functools import cache, partial
 from typing import Any
 
 from llvmlite import ir
 from numba.core import errors
 from numba.core.bytecode import FunctionIdentity
+from numba.core.datamodel.packer import ArgPacker
 from numba.core.fastmathpass import rewrite_module
 from numba.core.funcdesc import PythonFunctionDescriptor
 from numba.core.targetconfig import ConfigStack
@@ -42,6 +44,12 @@ def translate(function: Callable[..., Any], state: Any, called: Callable[..., An
         except (errors.NumbaError, NotImplementedError, RecursionError) as error:
             raise NotUnderstood(str(error)) from error
     raise NotUnderstood("its types do not settle")
+
+
+@cache
+def _packer(models: Any, kinds: tuple[Any, ...]) -> Any:
+    """Numba's, which it makes anew for each call of a kernel: arguments are many."""
+    return ArgPacker(models, kinds)
 
 
 class Reader(Expressions):
@@ -73,6 +81,7 @@ class Reader(Expressions):
             abi_tags=[flags.get_mangle_string()],
             uid=told.unique_id,
         )
+        context.get_arg_packer = partial(_packer, context.data_model_manager)
         with ConfigStack().enter(flags.copy()), context.push_code_library(state.library):
             module = state.library.create_ir_module(told.unique_name)
             context.declare_env_global(module, context.get_env_name(self.descriptor))

@@ -63,7 +63,7 @@ FOR_EVER = 1e100
 SLACK = 4.0
 
 
-@kernel(inline=True)
+@kernel(inline=True, short_loops=True)
 def advance(
     system: BlockSystem,
     laws: Floats,
