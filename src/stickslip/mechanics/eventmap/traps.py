@@ -27,13 +27,16 @@ if TYPE_CHECKING:
 
 # Starts that are tried for motions that stay, and motions that are tried for traps.
 STARTS, TRIED = 24, 2
+# Events after which a motion counts as one that stays: while it still comes from afar.
+STAYS = 96
 GOLDEN = 0.5 * math.sqrt(5.0) - 0.5
 # Turns by which a motion shows where it stays.
 TURNS = 96
 # Rings and rays on which turns are taken, places along each ray, corners of a trap.
 RINGS, RAYS, PLACES, CORNERS = 14, 64, 64, 192
-# How far from the centre regions are looked for, in units of the motion's farthest turn.
-ROOM = 1.3
+# How far from the centre regions are looked for, in units of the motion's farthest turn: farther
+# they are met sooner, nearer turns are smooth in more of them.
+ROOMS = (1.3, 1.15, 1.6)
 # Rays beside each other within which the rings change smoothly.
 BESIDE = 2
 # By which share of itself a turn has to shrink a trap: the first that one is found with.
@@ -73,19 +76,19 @@ def traps_of(model: TwoBlock, name: str, rtol: float) -> Floats:
 
 def _staying(backend: ScalarBackend, d: float, traps: Floats) -> tuple[int, Floats] | None:
     """Return the last release of one block alone, if a motion goes on: which, w, e of the other."""
-    modes = np.zeros((LONG + 1, 2), dtype=np.int8)
-    most = LONG
+    modes = np.zeros((STAYS + 1, 2), dtype=np.int8)
+    most = STAYS
     while True:
         outputs = backend.room(1)
         backend.task(np.array([[d]]), outputs, most, section=traps, itinerary=modes)(0, 1)
         if outputs.status[0] != EVENT_LIMIT:
             return None
-        if most < LONG:
+        if most < STAYS:
             motion = backend.scratch(backend.no_directions, traps).motion
             block = int(motion.event[1] != 0)
             return block, np.array([motion.w[1 - block], motion.e[1 - block]])
-        both = (modes[1:LONG] == BACKWARD).all(axis=1)
-        alone = (np.sort(modes[: LONG - 1], axis=1) == [BACKWARD, STICK]).all(axis=1)
+        both = (modes[1:STAYS] == BACKWARD).all(axis=1)
+        alone = (np.sort(modes[: STAYS - 1], axis=1) == [BACKWARD, STICK]).all(axis=1)
         (releases,) = (both & alone).nonzero()
         if releases.size == 0:
             return None
@@ -127,9 +130,16 @@ Turn: TypeAlias = Callable[["Floats"], Turned]
 
 def trap(way: Floats, turn: Turn) -> Floats | None:
     """Return the corners (CORNERS, 2) of a trap around releases that follow each other, if any."""
-    rings = _rings(way, turn)
-    if rings is None:
-        return None
+    for room in ROOMS:
+        rings = _rings(way, turn, room)
+        corners = None if rings is None else _within(rings, turn)
+        if corners is not None:
+            return corners
+    return None
+
+
+def _within(rings: _Rings, turn: Turn) -> Floats | None:
+    """Return the corners of a trap within rings, if any."""
     whole = rings.reach_of_corners()
     if not whole.min() > 0.0:
         return None
@@ -176,7 +186,7 @@ class _Rings(NamedTuple):
         return found
 
 
-def _rings(way: Floats, turn: Turn) -> _Rings | None:
+def _rings(way: Floats, turn: Turn, room: float) -> _Rings | None:
     """Take turns around the centre of a motion, as far as they all go the same way."""
     centre = _fixed_point(way[2 * len(way) // 3 :], turn)
     size, axes = np.linalg.eigh(np.cov((way - centre).T, bias=True) + 1e-300 * np.eye(2))
@@ -184,7 +194,7 @@ def _rings(way: Floats, turn: Turn) -> _Rings | None:
     rings = _Rings(centre, axes * size, (axes / size).T, *np.zeros((3, 0)))
     farthest = np.hypot(*((way - centre) @ rings.into.T).T).max()
     rays = _directions(RAYS)
-    near, far = np.zeros(RAYS), np.full(RAYS, ROOM * farthest)
+    near, far = np.zeros(RAYS), np.full(RAYS, room * farthest)
     for k in range(6):
         middle = far if k == 0 else 0.5 * (near + far)
         same = rings.turned(turn, middle[:, None] * rays)[1].is_one[1:]
