@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 # Starts that are tried for motions that stay, and motions that are tried for traps.
 STARTS, TRIED = 24, 2
-# Events after which a motion counts as one that stays: while it still comes from afar.
-STAYS = 96
+# Events after which a motion counts as one that stays: half of LONG, while it comes from afar.
+STAYS = 128
 GOLDEN = 0.5 * math.sqrt(5.0) - 0.5
 # Turns by which a motion shows where it stays.
 TURNS = 96
