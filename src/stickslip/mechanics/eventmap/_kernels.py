@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         copy_rest,
         event_margin,
         has_arrived,
+        is_trapped,
         read_point,
         read_tangent,
         slides_steadily,
@@ -205,8 +206,11 @@ def carry(
         n_events += 1
         if n_events < itinerary.shape[0]:
             write_modes(current, itinerary[n_events])
-        if has_arrived(section, current, before):
+        if has_arrived(section, current, before, point):
             status = OK
+            break
+        if is_trapped(section, current):
+            status = NEVER_CYCLE
             break
         if instant > MAX_INSTANT * n:
             status = UNDECIDED

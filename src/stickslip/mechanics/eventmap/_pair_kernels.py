@@ -11,6 +11,7 @@ from stickslip.mechanics.eventmap.itinerary import all_have
 from stickslip.mechanics.flow.system import (
     ALPHA,
     AT_UPPER_LIMIT,
+    BACKWARD,
     BETA,
     FORWARD,
     LANDING,
@@ -21,6 +22,7 @@ from stickslip.mechanics.flow.system import (
     System,
     limit,
     loading_rate,
+    put_exactly,
 )
 from stickslip.mechanics.flow.transitions import onset, settle
 from stickslip.numerics.rounding import two_sum
@@ -29,6 +31,10 @@ from stickslip.status import OK
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._exact_kernels import landing_rate
+
+Traps = Any  # rows of a block, then the corners of a region of its releases; or None
+# Numbers of a point at which one block is released while the other slips: block, w, e.
+TURN = 3
 
 
 @kernel(inline=True)
@@ -83,12 +89,19 @@ def event_margin(system: System, laws: Floats, motion: Motion, work: Any) -> flo
 
 @kernel
 def begin(
-    system: System, laws: Floats, section: None, motion: Motion, work: Any, point: Floats
+    system: System, laws: Floats, section: Traps, motion: Motion, work: Any, point: Floats
 ) -> int:
     """Start a motion at a point, its events in ``motion.event``."""
-    onset(system, motion, point[0])
     work.margin[0] = math.inf
     work.sliding[0] = 0.0
+    if point.shape[0] == TURN:
+        own = int(point[0])
+        motion.mode[0] = motion.mode[1] = BACKWARD
+        put_exactly(motion, own, 0.0, limit(system, own))
+        put_exactly(motion, 1 - own, point[1], point[2])
+        motion.event[own], motion.event[1 - own] = AT_UPPER_LIMIT, 0
+        return OK
+    onset(system, motion, point[0])
     for block in range(2):
         motion.event[block] = 0 if motion.mode[block] == STICK else AT_UPPER_LIMIT
     if motion.mode[0] == motion.mode[1]:
@@ -111,9 +124,47 @@ def slope_of_tie(system: System, laws: Floats, motion: Motion, d: float) -> None
 
 
 @kernel(inline=True)
-def has_arrived(section: None, motion: Motion, before: int) -> bool:
+def has_arrived(section: Traps, motion: Motion, before: int, point: Floats) -> bool:
     """Whether an event ends a motion."""
+    if point.shape[0] == TURN and leaves_alone(motion, int(point[0])):
+        return True
     return all_have(motion, STICK)
+
+
+@kernel(inline=True)
+def leaves_alone(motion: Motion, own: int) -> bool:
+    """Whether a block has just been released backward, and the other slips backward already."""
+    other = 1 - own
+    if motion.event[own] != AT_UPPER_LIMIT or motion.event[other] != 0:
+        return False
+    return bool(motion.mode[own] == BACKWARD and motion.mode[other] == BACKWARD)
+
+
+@kernel(inline=True)
+def is_trapped(section: Traps, motion: Motion) -> bool:
+    """Whether a motion has entered a region of releases that no motion leaves."""
+    if section is None:
+        return False
+    for k in range(section.shape[0]):
+        trap = section[k]
+        own = int(trap[0])
+        if leaves_alone(motion, own) and is_within(trap[1:], motion.w[1 - own], motion.e[1 - own]):
+            return True
+    return False
+
+
+@kernel(inline=True)
+def is_within(corners: Floats, x: float, y: float) -> bool:
+    """Whether a point lies within a polygon, x and y of its corners one after the other."""
+    inside = False
+    n = corners.shape[0]
+    x_1, y_1 = corners[n - 2], corners[n - 1]
+    for k in range(0, n, 2):
+        x_2, y_2 = corners[k], corners[k + 1]
+        if (y_1 > y) != (y_2 > y) and x < x_1 + (x_2 - x_1) * (y - y_1) / (y_2 - y_1):
+            inside = not inside
+        x_1, y_1 = x_2, y_2
+    return inside
 
 
 @kernel
@@ -125,13 +176,18 @@ def difference(system: System, motion: Motion) -> float:
 
 
 @kernel(inline=True)
-def read_point(section: None, system: System, motion: Motion, point: Floats) -> None:
+def read_point(section: Traps, system: System, motion: Motion, point: Floats) -> None:
     """Point at the present state."""
+    if point.shape[0] == TURN:
+        own = 0 if motion.event[0] == AT_UPPER_LIMIT else 1
+        point[0] = math.nan if all_have(motion, STICK) else own
+        point[1], point[2] = motion.w[1 - own], motion.e[1 - own]
+        return
     point[0] = difference(system, motion)
 
 
 @kernel
-def read_tangent(section: None, system: System, motion: Motion, slopes: Floats) -> None:
+def read_tangent(section: Traps, system: System, motion: Motion, slopes: Floats) -> None:
     """Differentiate what `read_point` tells, in all directions."""
     value = difference(system, motion)
     for column in range(slopes.shape[1]):

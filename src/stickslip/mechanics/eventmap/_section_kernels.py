@@ -147,7 +147,7 @@ def starting_event(section: Section) -> int:
 
 
 @kernel(inline=True)
-def has_arrived(section: Section, motion: BlockMotion, before: int) -> bool:
+def has_arrived(section: Section, motion: BlockMotion, before: int, point: Floats) -> bool:
     """Whether an event ends a motion; `before`: the mode of the section's contact."""
     own = section.contact
     if own < 0:
@@ -155,6 +155,12 @@ def has_arrived(section: Section, motion: BlockMotion, before: int) -> bool:
     if section.released:
         return motion.event[own] == starting_event(section) and before == STICK
     return motion.event[own] == LANDING and before == section.mode
+
+
+@kernel(inline=True)
+def is_trapped(section: Section, motion: BlockMotion) -> bool:
+    """Whether a motion is known never to end: not here."""
+    return False
 
 
 @kernel

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Hashable
 from functools import cached_property, lru_cache
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from stickslip.mechanics.eventmap.records import (
 )
 from stickslip.mechanics.flow.engine import BlockEngine, Engine
 from stickslip.numerics.targets import instantiate, launch
+from stickslip.status import EVENT_LIMIT, TIME_LIMIT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
 # Fewer motions than this are not worth a thread.
 SMALLEST_TILE = {"exact": 4000, "taylor": 64, "series": 64, "collocation": 16}
 NO_ITINERARY = np.zeros((0, 2), dtype=np.int8)
+NO_TRAPS = np.zeros((0, 0))
+# From this many events on a motion is asked whether it has come into a trap.
+LONG = 256
 
 
 class Backend(Protocol):
@@ -59,6 +63,8 @@ class Backend(Protocol):
 
 class ScalarBackend:
     """One motion at a time; points (n,) or, of more than one number, (n, numbers)."""
+
+    has_traps: ClassVar = True  # two blocks: motions are those of the model
 
     def __init__(
         self, model: Model, engine: Engine | BlockEngine, controls: Controls, threads: int
@@ -92,13 +98,15 @@ class ScalarBackend:
         """Fill rows (n, steps + 1, ...) from their first entries on."""
         points = orbits.reshape(*orbits.shape[:2], self._dimension)
         outputs = self.room(len(points), points.shape[1] - 1)
-        self.launch_orbits(self.task(points[:, 0].copy(), outputs), orbits)
+        self.run(points[:, 0].copy(), outputs)
         points[:, 1:] = outputs.value
 
     def launch_orbits(self, task: Callable[[int, int], None], orbits: Floats) -> None:
         """Run a task over rows of `orbits` in threads."""
-        steps = max(1, orbits.shape[1] - 1)
-        launch(task, len(orbits), self.threads, max(1, SMALLEST_TILE[self.name] // steps))
+        self._launch(task, len(orbits), orbits.shape[1] - 1)
+
+    def _launch(self, task: Callable[[int, int], None], n: int, steps: int) -> None:
+        launch(task, n, self.threads, max(1, SMALLEST_TILE[self.name] // max(1, steps)))
 
     def itinerary(self, d: float | list[float]) -> str:
         """Modes of each phase, as text."""
@@ -106,7 +114,7 @@ class ScalarBackend:
         while True:
             modes = np.zeros((length, self.model.n_blocks), dtype=np.int8)
             outputs = self.room(1)
-            self.task(np.array(d, ndmin=2), outputs, itinerary=modes)(0, 1)
+            self.run(np.array(d, ndmin=2), outputs, itinerary=modes)
             n_events = int(outputs.n_events[0])
             if n_events < length:
                 return itinerary_text(modes[: n_events + 1])
@@ -120,10 +128,10 @@ class ScalarBackend:
         return self.model.n_blocks - 1
 
     @cached_property
-    def _section(self) -> Section | None:
-        return None if self.engine.is_pair else global_stick(self._dimension)
+    def _section(self) -> Any:
+        return NO_TRAPS if self.engine.is_pair else global_stick(self._dimension)
 
-    def _section_along(self, _name: str) -> Section | None:
+    def _section_along(self, _name: str) -> Any:
         """Return the section with its change with a parameter: differences have none."""
         return self._section
 
@@ -143,9 +151,9 @@ class ScalarBackend:
     def _start_directions(self) -> Any:
         return self.engine.directions(np.eye(self._dimension))
 
-    def scratch(self, directions: Any, section: Section | None = None) -> Scratch:
+    def scratch(self, directions: Any, section: Any = None) -> Scratch:
         """Work arrays for this thread, with a tangent column for each direction."""
-        section = section or self._section
+        section = self._section if section is None else section
         held: dict[int, Scratch] = self._local.__dict__.setdefault("scratch", {})
         count = len(self.engine.columns(directions))
         scratch = held.get(count)
@@ -167,8 +175,7 @@ class ScalarBackend:
             value=outputs.value.reshape(len(d), 1, self._dimension),
             derivative=outputs.derivative.reshape(*rows, count),
         )
-        task = self.task(d.reshape(rows), told, directions, watch, section)
-        launch(task, len(d), self.threads, SMALLEST_TILE[self.name])
+        self.run(d.reshape(rows), told, directions, watch, section)
         return outputs
 
     def room(self, n: int, steps: int = 1) -> Outputs:
@@ -176,7 +183,7 @@ class ScalarBackend:
         value = np.full((n, steps, self._dimension), np.nan)
         return new_outputs((n, self._dimension), 0)._replace(value=value)
 
-    def task(
+    def run(
         self,
         points: Floats,
         outputs: Outputs,
@@ -184,16 +191,49 @@ class ScalarBackend:
         watch: bool = False,
         section: Section | None = None,
         itinerary: NDArray[np.int8] | None = None,
+    ) -> None:
+        """Carry all points; motions that last are asked whether they have come into a trap."""
+        most, most_time = self.controls.max_events, self.controls.max_time
+        first = LONG if self.has_traps and self.engine.is_pair and most > LONG else most
+        task = self.task(points, outputs, first, directions, watch, section, itinerary)
+        self._launch(task, len(points), outputs.value.shape[1])
+        # Steps without an event are counted, too: EVENT_LIMIT, or TIME_LIMIT before the time.
+        late = (outputs.status == EVENT_LIMIT) & (outputs.n_events < most)
+        late |= (outputs.status == TIME_LIMIT) & (outputs.duration <= most_time)
+        (rows,) = late.nonzero()
+        if rows.size == 0 or first == most:
+            return
+        from stickslip.mechanics.eventmap.traps import traps_of  # seldom asked
+
+        traps = traps_of(self.model, self.name, self.controls.rtol)
+        task = self.task(points, outputs, most, directions, watch, traps, itinerary)
+
+        def again(start: int, stop: int) -> None:
+            for row in rows[start:stop].tolist():
+                task(row, row + 1)
+
+        self._launch(again, rows.size, 1)
+
+    def task(
+        self,
+        points: Floats,
+        outputs: Outputs,
+        max_events: int,
+        directions: Any = None,
+        watch: bool = False,
+        section: Any = None,
+        itinerary: NDArray[np.int8] | None = None,
     ) -> Callable[[int, int], None]:
         """Return what carries ``points[start:stop]``, in any thread."""
         engine, modes = self.engine, self._no_itinerary if itinerary is None else itinerary
         ways = self.no_directions if directions is None else directions
+        controls = self.controls._replace(max_events=max_events)
 
         def carry(start: int, stop: int) -> None:
             scratch = self.scratch(ways, section)
             scratch.work.watch[0] = float(watch)
             self.kernels.carry_range(
-                *(engine.system, engine.laws, points, start, stop, scratch, self.controls),
+                *(engine.system, engine.laws, points, start, stop, scratch, controls),
                 *(modes, outputs),
             )
 
@@ -239,8 +279,8 @@ def scratch_of(engine: Engine, n_columns: int) -> Scratch:
 
 STEPPER = ("advance", "landing_rate", "slides_for_ever")
 ENDS = (
-    *("begin", "change_modes", "copy_rest", "event_margin", "has_arrived", "read_point"),
-    *("read_tangent", "start_loop_tangent"),
+    *("begin", "change_modes", "copy_rest", "event_margin", "has_arrived", "is_trapped"),
+    *("read_point", "read_tangent", "start_loop_tangent"),
 )
 
 

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 class QuasistaticBackend(ScalarBackend):
     """Carries motions with the belt at rest: the kernels of the moving belt, V = 0 in them."""
 
+    has_traps: ClassVar = False  # the model's belt moves
+
     # A block leaves its limit L with the acceleration -L (1 - F(0)), which must not be zero.
 
     def __init__(
@@ -54,7 +56,7 @@ class QuasistaticBackend(ScalarBackend):
             lead = min(1.0 + (1.0 + 2.0 * alpha) * start, beta)
             first[k] = lead - (1.0 + 2.0 * alpha) * start, lead
             outputs = self.room(1)
-            self.task(np.array([[start]]), outputs)(0, 1)
+            self.task(np.array([[start]]), outputs, self.controls.max_events)(0, 1)
             if outputs.status[0] == OK:
                 last[k] = scratch.motion.e
         return first, last
