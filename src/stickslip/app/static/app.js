@@ -49,7 +49,10 @@ export class App {
     /** @type {Map<string, Answer>} */ this.kept = new Map();
     /** @type {Record<string, number>} */ this.widths = {};
     /** @type {Map<string, (() => void)[]>} */ this.waiters = new Map();
-    this.clock = new Clock(() => this.views.forEach((view) => view.tick()));
+    this.clock = new Clock(
+      () => this.views.forEach((view) => view.tick()),
+      () => this.connection.running.size > 0,
+    );
     /** @type {(t: number) => void} */ this.showTime = () => {};
     /** @type {(field: string | null, message: string) => void} */ this.showError = () => {};
     /** @type {(message: string) => void} */ this.announce = () => {};
