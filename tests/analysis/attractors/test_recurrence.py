@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from tests.analysis.known_maps import logistic
 from tests.sizes import tries
 
-from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.attractors.recurrence import (
     NEUTRAL,
     ROUNDING,
@@ -18,6 +17,7 @@ from stickslip.analysis.attractors.recurrence import (
     confirmed,
     promising,
 )
+from stickslip.analysis.maps.protocol import advance
 
 MOVED = 0.02
 

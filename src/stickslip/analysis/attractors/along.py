@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.attractors.recurrence import confirmed, recurrences
-from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.lyapunov import advance
-from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
+from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

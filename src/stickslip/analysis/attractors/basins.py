@@ -22,11 +22,11 @@ from stickslip.analysis.attractors.basin_pieces import (
 )
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial, find_basins
 from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
-from stickslip.analysis.attractors.lyapunov import advance, perturbed
+from stickslip.analysis.attractors.lyapunov import perturbed
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
-from stickslip.analysis.maps.protocol import MapND, checked_points, domain_width
+from stickslip.analysis.maps.protocol import MapND, advance, checked_points, domain_width
 from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,

@@ -14,10 +14,10 @@ from scipy.sparse.linalg import spsolve
 
 from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.bands import inside
-from stickslip.analysis.attractors.lyapunov import LyapunovExponent, advance
+from stickslip.analysis.attractors.lyapunov import LyapunovExponent
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import advance, domain_width
 from stickslip.checks import instance, whole_number
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests

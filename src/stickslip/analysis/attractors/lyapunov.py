@@ -13,10 +13,10 @@ from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import (
     MapND,
+    advance,
     checked_points,
     clip_to_domain,
     domain_width,
-    iterate,
     sample,
     values_and_slopes,
 )
@@ -250,16 +250,6 @@ def perturbed(f: Map1D, x: Floats, rng: np.random.Generator) -> Floats:
     low, high = f.domain
     moved = x + SHAKE * (high - low) * rng.uniform(-1, 1, len(x))
     return np.clip(np.where((moved < low) | (moved > high), 2 * x - moved, moved), low, high)
-
-
-def advance(f: Map1D, x: Floats, n: int) -> Floats:
-    """Iterate points, NaN allowed, `n` times, by the map's own ``iterate`` if any: (m, n + 1)."""
-    orbit = np.full((len(x), n + 1), np.nan)
-    alive = np.flatnonzero(clip_to_domain(f.domain, x)[1])
-    if alive.size:
-        native = getattr(f, "iterate", None)
-        orbit[alive] = native(x[alive], n) if native is not None else iterate(f, x[alive], n)
-    return orbit
 
 
 class ChaoticMotion:

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.attractors.bands import merged
-from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.maps.protocol import advance, domain_width, sample
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 

@@ -6,6 +6,7 @@ Where a fast stand-in of the map proposes, the map decides.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -15,7 +16,6 @@ from stickslip.analysis.attractors.bands import APART, Bands, grow, merged, on_m
 from stickslip.analysis.attractors.lyapunov import (
     ChaoticMotion,
     LyapunovExponent,
-    advance,
     difference,
     mean_of_logs,
     perturbed,
@@ -35,10 +35,10 @@ from stickslip.analysis.attractors.recurrence import (
     recurrences,
     settled,
 )
-from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
@@ -63,15 +63,25 @@ class _Known:
     attractor: Attractor
     cycle: Cycle | None = None
     centre: float = 0.0  # a point of the cycle of the map that orbits are followed on
-    radius: float = 0.0
+    reach: Callable[[], float] = float
+
+    @cached_property
+    def radius(self) -> float:
+        """How close to the centre an orbit is captured: long to find for a slow or long cycle."""
+        return self.reach()
 
     def captures(self, tails: Floats) -> Any:
+        """Tell which orbits have been captured."""
         if self.attractor.kind in ("chaotic", "neutral"):
             return self.attractor.contains(tails[:, -1], self.radius)
         if self.cycle is None:
             return np.zeros(len(tails), dtype=np.bool_)
-        near = np.abs(tails[:, -self.cycle.period :] - self.centre)
-        return np.any(near <= self.radius, axis=1)
+        return self.comes_near(tails, self.radius)
+
+    def comes_near(self, tails: Floats, distance: float) -> Any:
+        """Tell which orbits' last turn comes close to the cycle's centre."""
+        assert self.cycle is not None
+        return np.any(np.abs(tails[:, -self.cycle.period :] - self.centre) <= distance, axis=1)
 
 
 class AttractorSearch:
@@ -146,8 +156,11 @@ class AttractorSearch:
             if cycle.neutral and neutral_family(self.f, cycle) is None:
                 continue
             index = self.add_cycle(cycle)
-            caught = self.known[index].captures(tails)
+            known, close = self.known[index], SETTLED * domain_width(self.f)
+            caught = change[:, cycle.period - 1] & known.comes_near(tails, close)
             caught[k] = True
+            if not caught.all():
+                caught |= known.captures(tails)
             self.fate[moving[caught]] = index
             keep = ~caught
             moving, tails = moving[keep], tails[keep]
@@ -189,14 +202,16 @@ class AttractorSearch:
             point=float(cycle.points[0]),
             reason=reason,
         )
-        # An orbit on its slow approach to a neutral cycle may come no closer in any time we have.
-        near = SLOW_APPROACH * domain_width(self.f)
         # A long cycle of a stand-in lies further from the map's than from points that leave it.
         own = cycle if self.fast is self.f else confirmed(self.fast, cycle.points) or cycle
-        radius = capture_radius(self.fast, own) if cycle.stable else near
+        reach: Callable[[], float]
         if family is not None:
-            radius = SETTLED * domain_width(self.f)
-        self.known.append(_Known(attractor, cycle, float(own.points[0]), radius))
+            reach = partial(float, SETTLED * domain_width(self.f))
+        elif cycle.stable:
+            reach = partial(capture_radius, self.fast, own)
+        else:  # an orbit that approaches it slowly may come no closer in any time we have
+            reach = partial(float, SLOW_APPROACH * domain_width(self.f))
+        self.known.append(_Known(attractor, cycle, float(own.points[0]), reach))
         return len(self.known) - 1
 
     def _adjoining(self, period: int, bands: Floats) -> int:

@@ -74,8 +74,7 @@ def accounted(
     for (p, here), (q, there) in pairwise(seen):
         between = values[bisect(values, p) : bisect(values, q)]
         if not between and _differ(here, there, max_period):
-            reason = f"{_told(here)} before, {_told(there)} after: nothing located between"
-            unresolved.append(UnresolvedChange(reason, p, q))
+            unresolved.append(_open(here, p, there, q, "nothing located between"))
         for sorts, lo, hi in (
             (here, p, min(between, default=q)),
             (there, max(between, default=p), q),
@@ -84,6 +83,23 @@ def accounted(
             if beyond:
                 parts.append((lo, hi, beyond))
     return unresolved, [_outside(part) for part in _joined(parts)]
+
+
+def unexplained(left: Look, right: Look) -> UnresolvedChange:
+    """Tell of two looks between which bands merge where no more was looked for."""
+    return _open(_sorts_of(left), left.value, _sorts_of(right), right.value, "not searched further")
+
+
+def too_close(left: Look, right: Look) -> UnresolvedChange:
+    """Tell of two looks between which bands merge at ever closer values."""
+    reason = "outside the question: bands that merge closer together than is searched for"
+    return UnresolvedChange(reason, left.value, right.value)
+
+
+def _open(
+    here: Iterable[Sort], lo: float, there: Iterable[Sort], hi: float, why: str
+) -> UnresolvedChange:
+    return UnresolvedChange(f"{_told(here)} before, {_told(there)} after: {why}", lo, hi)
 
 
 def _joined(parts: Iterable[Part]) -> list[Part]:

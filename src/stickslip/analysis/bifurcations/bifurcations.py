@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.accounting import accounted
+from stickslip.analysis.bifurcations.accounting import accounted, too_close, unexplained
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -227,6 +227,7 @@ class _Report:
     def __init__(self, survey: Survey, f: MapFamily, work: Work) -> None:
         self.survey, self.f, self.work = survey, f, work
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
+        self.outside: list[UnresolvedChange] = []
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
@@ -257,7 +258,7 @@ class _Report:
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
         listed = [*self.values, *self.accumulations, *left]
         looks = [look for q, look in sorted(self.looks.items()) if survey.lo <= q <= survey.hi]
-        unexplained, outside = accounted(looks, listed, survey.max_period)
+        unaccounted, outside = accounted(looks, listed, survey.max_period)
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         chains = [
@@ -274,8 +275,8 @@ class _Report:
             window=survey.family.window,
             curves=curves,
             cascades=tuple(chains),
-            unresolved=tuple(sorted([*self.unresolved, *unexplained], key=lambda item: item.lo)),
-            outside=tuple(outside),
+            unresolved=tuple(sorted([*self.unresolved, *unaccounted], key=lambda item: item.lo)),
+            outside=tuple(sorted([*self.outside, *outside], key=lambda item: item.lo)),
             n_lists=survey.n_nodes,
             looks=tuple(look.value for look in looks),
         )
@@ -361,8 +362,10 @@ class _Report:
         looks = LOOKS // 8 if survey.crowded else LOOKS
         tell = self.work.part(0.7, 0.8).tell
         found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks, tell=tell)
-        self._looked_at(side for event in found for side in event.sides)
-        return [self._crisis(event) for event in found if not self._explained(event)]
+        self.unresolved += [unexplained(*pair, "not searched further") for pair in found.left_open]
+        self.outside += [too_close(*pair) for pair in found.too_close]
+        self._looked_at(side for event in found.events for side in event.sides)
+        return [self._crisis(event) for event in found.events if not self._explained(event)]
 
     def _explained(self, event: CrisisEvent) -> bool:
         """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""

@@ -261,6 +261,16 @@ def iterate(f: Map1D, x: ArrayLike, n: int) -> Floats:
     return orbit
 
 
+def advance(f: Map1D, x: Floats, n: int) -> Floats:
+    """Iterate points, NaN allowed, `n` times, by the map's own ``iterate`` if any: (m, n + 1)."""
+    orbit = np.full((len(x), n + 1), np.nan)
+    alive = np.flatnonzero(clip_to_domain(f.domain, x)[1])
+    if alive.size:
+        native = getattr(f, "iterate", None)
+        orbit[alive] = native(x[alive], n) if native is not None else iterate(f, x[alive], n)
+    return orbit
+
+
 def mix_labels(seed: Labels, label: Labels) -> Labels:
     """Combine labels in their order into one, practically unique (splitmix64's finaliser)."""
     with np.errstate(over="ignore"):  # modulo 2^64 is meant; NumPy warns for single numbers

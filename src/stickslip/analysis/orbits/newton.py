@@ -244,9 +244,10 @@ def shooting_matrix(jacobians: Floats) -> Floats:
     """Jacobian of ``f(x_i) - x_(i+1)``, cyclic, shape (..., p n, p n), from (..., p, n, n)."""
     *front, p, n, _ = jacobians.shape
     matrix = np.zeros((*front, p, n, p, n))
+    unit = np.eye(n)
     for i in range(p):
         matrix[..., i, :, i, :] += jacobians[..., i, :, :]
-        matrix[..., i, :, (i + 1) % p, :] -= np.eye(n)
+        matrix[..., i, :, (i + 1) % p, :] -= unit
     return matrix.reshape(*front, p * n, p * n)
 
 

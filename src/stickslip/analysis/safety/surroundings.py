@@ -15,9 +15,8 @@ from stickslip.analysis.attractors.attractors import spread_points
 from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
 from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates, sample_values
-from stickslip.analysis.attractors.lyapunov import advance
 from stickslip.analysis.interpolation.interpolated import stand_in
-from stickslip.analysis.maps.protocol import apart, clip_to_domain, reduced
+from stickslip.analysis.maps.protocol import advance, apart, clip_to_domain, reduced
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ LOCATED = 1e-10  # what a located value is good for at least; most are at roundi
 
 
 def found(at, values, **options):
-    return crises(at, [parameter_point(at, value) for value in values], **options)
+    return crises(at, [parameter_point(at, value) for value in values], **options).events
 
 
 def values(events, kind=None):
@@ -99,6 +99,31 @@ def test_a_cascade_is_followed_from_a_coarse_grid():
     events = found(logistic, [3.5, 3.7])
     periods = [event.attractors_after[0].period for event in events]
     assert periods[-4:] == [8, 4, 2, 1]
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        (3.5136961687321455, 3.6853957342752777),  # the first cut is in a window of long period
+        (3.4798696132818923, 3.693439897559127),  # no end is chaotic: the second is in a window
+    ],
+)
+def test_windows_of_long_period_hide_no_merging(ends):
+    events = found(logistic, ends)
+    after = [event.attractors_after[0].period for event in events if event.kind == "band_merging"]
+    assert {1, 2, 4, 8} <= set(after)
+
+
+def test_what_is_not_searched_to_the_end_is_told():
+    grid = [parameter_point(logistic, r) for r in (3.5, 3.7)]
+    left_open = crises(logistic, grid, looks=6).left_open
+    assert left_open
+    assert all(3.5 <= left.value < right.value <= 3.7 for left, right in left_open)
+    found = crises(logistic, grid)
+    assert found.left_open == []
+    # What remains of the inverse cascade ends at its accumulation.
+    ((left, right),) = found.too_close
+    assert left.value < 3.5699456718 < right.value
 
 
 # --- interior crises --------------------------------------------------------------------------
@@ -199,14 +224,15 @@ def test_changes_across_known_bifurcations_are_theirs():
         return logistic(r)
 
     grid = [parameter_point(logistic, r) for r in (3.82, 3.84)]
-    assert crises(at, grid, breaks=[fold]) == []
+    assert crises(at, grid, breaks=[fold]).events == []
     assert len(looked) < 12
 
 
 @pytest.mark.slow
 def test_sides_of_a_coarsely_located_change_stay_in_the_family():
     """A meeting located to within the whole range was looked at with a negative mu."""
-    assert not ss.bifurcations(examples.coulomb(), "mu", (0.15, 0.3), max_period=1).unresolved
+    found = ss.bifurcations(examples.coulomb(), "mu", (0.15, 0.3), max_period=1)
+    assert all(one.reason.endswith("not searched further") for one in found.unresolved)
 
 
 def test_values_must_ascend():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
 from stickslip.analysis.orbits.newton import polish_on
 
 if TYPE_CHECKING:
@@ -74,23 +74,25 @@ def path_from(
 
 def path_of(f: Map1D, x: float, n: int, others: Others = MappingProxyType({})) -> Path:
     """Apply a map ``n`` times to a point, as far as there are values."""
-    points: list[float] = [x]
-    slopes: list[float] = []
-    labels: list[int] = []
-    for k in range(n):
-        x = points[-1]
-        if k in others and others[k][0].is_beyond(others[k][1], x):
+    points, slopes, labels = [x], list[float](), list[int]()
+    while len(slopes) < n and math.isfinite(points[-1]):
+        k = len(slopes)
+        if k in others and others[k][0].is_beyond(others[k][1], points[-1]):
             border, side = others[k]
-            value, slope, label = border.continued(side, x), border.slope(side), border.label(side)
-        else:
-            step = sample(f, x)
-            value, slope, label = float(step.value), float(step.derivative), int(step.label)
-        if not math.isfinite(value):
-            return Path(tuple(points), tuple(slopes), tuple(labels), False)
-        points.append(value)
-        slopes.append(slope)
-        labels.append(label)
-    return Path(tuple(points), tuple(slopes), tuple(labels), True)
+            points.append(border.continued(side, points[-1]))
+            slopes.append(border.slope(side))
+            labels.append(border.label(side))
+            continue
+        # On to where another break may be met, all at once.
+        stop = min((other for other in others if other > k), default=n)
+        way = advance(f, np.array(points[-1:]), min(stop, n) - k)[0]
+        step = sample(f, np.array([points[-1], *way[1:-1]]))
+        points += way[1:].tolist()
+        slopes += step.derivative.tolist()
+        labels += step.label.tolist()
+    known = next((k for k, point in enumerate(points) if not math.isfinite(point)), len(points))
+    last = known - 1
+    return Path(tuple(points[:known]), tuple(slopes[:last]), tuple(labels[:last]), last >= n)
 
 
 def rounding(f: Map1D, path: Path, position: float = 0.0) -> float:

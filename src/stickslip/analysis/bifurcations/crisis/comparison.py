@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -37,6 +38,23 @@ class Change:
     start: ParameterPoint
     stop: ParameterPoint
     certain: bool
+
+    @property
+    def period_there(self) -> int:
+        """Period of what is in its place; 0 for nothing, and for what has none."""
+        partner = partner_of(self.attractor, self.stop.attractors)
+        return 0 if partner is None else partner.period
+
+    @property
+    def ratio(self) -> Fraction:
+        """Of the longer period to the shorter, here and there; 0 if what is there has none."""
+        there = self.period_there
+        return ratio_of(there, self.attractor.period) if there else Fraction(0)
+
+
+def ratio_of(one: int, two: int) -> Fraction:
+    """Ratio of the longer of two periods to the shorter."""
+    return Fraction(max(one, two), min(one, two))
 
 
 def changes(left: ParameterPoint, right: ParameterPoint) -> list[Change]:

@@ -7,11 +7,12 @@ Yorke, Physica D 7, 181, 1983); a zero counts if the attractors on both its side
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import partial
 from heapq import heappop, heappush
-from itertools import chain, islice, pairwise
-from typing import TYPE_CHECKING, Final
+from itertools import islice, pairwise
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from stickslip.analysis.bifurcations.crisis.comparison import (
     kind_of_change,
     parameter_point,
     partner_of,
+    ratio_of,
 )
 from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
     Meeting,
@@ -48,6 +50,8 @@ if TYPE_CHECKING:
 BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
 NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way
 FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
+SHARES: Final = (0.5, 0.57, 0.41)  # of an interval: where it is cut, outside windows if possible
+LONG_WINDOW: Final = 128.0  # ... or this many times that, between two of long period
 UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
 MEETINGS: Final = 8  # of edges with orbits beside them that are tried, the closest first
 LOOKS: Final = 32  # values between two of the grid at which attractors are found, about
@@ -60,6 +64,9 @@ FOLLOWED: Final = 2048  # steps of the orbit of an edge that has met something
 TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
 
 
+Sides: TypeAlias = tuple[ParameterPoint, ParameterPoint]
+
+
 @dataclass(frozen=True, eq=False)
 class CrisisEvent:
     """A chaotic attractor that is lost, or changes suddenly, at a parameter value."""
@@ -67,7 +74,7 @@ class CrisisEvent:
     kind: CrisisKind
     located: Located
     attractor: Attractor  # that changes
-    sides: tuple[ParameterPoint, ParameterPoint]  # just below and just above `value`
+    sides: Sides  # just below and just above `value`
 
     @property
     def value(self) -> float:
@@ -110,6 +117,15 @@ class CrisisEvent:
         return bool(met) or partner_of(self.attractor, [other.attractor]) is not None
 
 
+@dataclass(frozen=True, eq=False)
+class CrisesFound:
+    """Events between values of a grid, and pairs of looks with mergings of bands between them."""
+
+    events: list[CrisisEvent] = field(default_factory=list)
+    left_open: list[Sides] = field(default_factory=list)  # too many looks were needed
+    too_close: list[Sides] = field(default_factory=list)  # closer together than is searched for
+
+
 def crises(
     at: MapAt,
     grid: Sequence[ParameterPoint],
@@ -119,7 +135,7 @@ def crises(
     finest: float = FINEST,
     looks: int = LOOKS,
     tell: Callable[[float], None] = lambda share: None,
-) -> list[CrisisEvent]:
+) -> CrisesFound:
     """Find the crises and band mergings between two or more ascending values of a grid."""
     # What changes across ``breaks``, values of known bifurcations, is their doing. Intervals below
     # ``finest`` of one of the grid are left alone: bands merge at ever closer values.
@@ -129,11 +145,14 @@ def crises(
     known = list(breaks)
     between = partial(_between, at, known, max_period, finest, looks)
     search = _Search(at, known, max_period)
-    for event in chain.from_iterable(in_processes(between, pairwise(grid), tell)):
-        search.keep(event)
+    for found in in_processes(between, pairwise(grid), tell):
+        search.found.left_open.extend(found.left_open)
+        search.found.too_close.extend(found.too_close)
+        for event in found.events:
+            search.keep(event)
     search.at_end(grid[0], grid[0].value - grid[1].value)
     search.at_end(grid[-1], grid[-1].value - grid[-2].value)
-    return sorted(search.events, key=lambda event: event.value)
+    return replace(search.found, events=sorted(search.found.events, key=lambda event: event.value))
 
 
 def _between(
@@ -142,12 +161,12 @@ def _between(
     max_period: int,
     finest: float,
     looks: int,
-    ends: tuple[ParameterPoint, ParameterPoint],
-) -> list[CrisisEvent]:
+    ends: Sides,
+) -> CrisesFound:
     """Find the events between two values of the grid."""
     search = _Search(at, known, max_period)
     search.interval(*ends, finest, looks)
-    return search.events
+    return search.found
 
 
 @dataclass(frozen=True)
@@ -175,14 +194,21 @@ def _leaves(
     return bands is None or not bands.contains(orbit[np.isfinite(orbit)]).any()
 
 
+def _is_of_doublings(ratio: Fraction) -> bool:
+    """Tell whether periods of a ratio, at least one, follow from each other by doublings."""
+    turns = ratio.numerator
+    return ratio.denominator == 1 and turns & (turns - 1) == 0
+
+
 class _Search:
     """Intervals that wait to be searched, the widest first, and events found so far."""
 
     def __init__(self, at: MapAt, breaks: Iterable[float], max_period: int) -> None:
         self.at, self.max_period = at, max_period
         self.breaks = np.unique(np.array(list(breaks), dtype=np.float64))
-        self.events: list[CrisisEvent] = []
+        self.found = CrisesFound()
         self.waiting: list[tuple[float, float, ParameterPoint, ParameterPoint]] = []
+        self.foretold: dict[tuple[float, float], list[_Ahead]] = {}  # by value, and attractor
         self.looks_left = 0
 
     def _look(self, value: float) -> ParameterPoint:
@@ -194,15 +220,28 @@ class _Search:
     ) -> None:
         """Search between two values of the grid."""
         smallest = finest * (right.value - left.value)
-        self.looks_left, self.waiting = looks, []
+        self.looks_left, self.waiting, self.foretold = looks, [], {}
         self._wait(left, right)
         while self.waiting and self.looks_left > 0:
             *_, left, right = heappop(self.waiting)
             self._explain(left, right, smallest)
+        for *_, left, right in self.waiting:
+            if any(map(self._merges, changes(left, right))):
+                self.found.left_open.append((left, right))
 
     def _wait(self, left: ParameterPoint, right: ParameterPoint) -> None:
-        if right.value > left.value and changes(left, right):
+        if right.value > left.value and (changes(left, right) or self._windows(left, right)):
             heappush(self.waiting, (left.value - right.value, left.value, left, right))
+
+    def _windows(self, left: ParameterPoint, right: ParameterPoint) -> bool:
+        """Whether a stable cycle of long period may stand for chaos between, which no end shows."""
+        one, two = ({a.period for a in p.attractors if a.kind == "periodic"} for p in (left, right))
+        return any(
+            period > self.max_period
+            and not any(_is_of_doublings(ratio_of(period, other)) for other in others)
+            for periods, others in ((one, two), (two, one))
+            for period in periods - others
+        )
 
     def _explain(self, left: ParameterPoint, right: ParameterPoint, smallest: float) -> None:
         """Find the event that comes first, or cut the interval in two."""
@@ -224,14 +263,16 @@ class _Search:
             else:
                 self._wait(left, below)
             return
-        if width > smallest * min(map(self._worth, seen)):
+        if width > smallest * min(map(self._worth, seen), default=LONG_WINDOW):
             self._cut(left, right)
+        elif any(map(self._merges, seen)):
+            self.found.too_close.append((left, right))
 
     def _cut(self, left: ParameterPoint, right: ParameterPoint) -> None:
         """Cut at a known bifurcation, leaving out what it does, or else in the middle."""
         inside = self.breaks[(self.breaks > left.value) & (self.breaks < right.value)]
         if not inside.size:
-            middle = self._look(0.5 * (left.value + right.value))
+            middle = self._look_between(left, right)
             self._wait(left, middle)
             self._wait(middle, right)
             return
@@ -242,19 +283,40 @@ class _Search:
             self._wait(left, self._look(at - beside))
             self._wait(self._look(at + beside), right)
 
+    def _look_between(self, left: ParameterPoint, right: ParameterPoint) -> ParameterPoint:
+        """Look at the middle, or beside it if a narrow window of long period is there."""
+        # Such a window hides the chaos around it, from either side.
+        for share in SHARES:
+            middle = self._look(left.value + share * (right.value - left.value))
+            seen = changes(left, middle) + changes(middle, right)
+            if not any(c.stop is middle and self._ends_in_window(c) for c in seen):
+                break
+        return middle
+
     def _worth(self, change: Change) -> float:
         """Say how far to halve an interval in which an attractor changes: a factor of `finest`."""
         # Only windows of short period and cascades are searched thoroughly.
         if not change.certain:
             return np.inf
-        if change.attractor.period > MOST_BANDS:
+        if change.attractor.period > MOST_BANDS or self._in_long_window(change.ratio):
             return UNLIKELY
-        partner = partner_of(change.attractor, change.stop.attractors)
-        if partner is None or partner.kind != "periodic":
-            return 1.0
-        turns, rest = divmod(partner.period, change.attractor.period)
-        short = turns <= self.max_period or turns & (turns - 1) == 0
-        return 1.0 if rest == 0 and short else UNLIKELY
+        return 1.0
+
+    def _in_long_window(self, ratio: Fraction) -> bool:
+        """Whether periods of a ratio are those of chaos and of a window in it, of many turns."""
+        return ratio.denominator == 1 and ratio > self.max_period and not _is_of_doublings(ratio)
+
+    def _ends_in_window(self, change: Change) -> bool:
+        """Whether what is there instead is of a window, of this chaos or of other."""
+        longer = change.period_there > change.attractor.period
+        apart = change.ratio.denominator > 1 or self._in_long_window(change.ratio)
+        return longer and apart
+
+    def _merges(self, change: Change) -> bool:
+        """Whether bands merge between: no more than the last ones of a cascade may be left out."""
+        few = change.attractor.period <= MOST_BANDS
+        apart = change.ratio.denominator > 1 or _is_of_doublings(change.ratio)
+        return change.certain and few and change.ratio > 1 and apart
 
     def _event(self, change: Change, beside: float) -> CrisisEvent | None:
         """Return an event that the attractors on both sides confirm."""
@@ -295,24 +357,29 @@ class _Search:
 
     def _ahead(self, change: Change) -> list[_Ahead]:
         """Where edges will meet the orbits beside them if they go on as they start, in order."""
-        start, stop = change.start, change.stop
-        width = stop.value - start.value
+        width = change.stop.value - change.start.value
+        key = change.start.value, change.attractor.point
+        if key not in self.foretold:
+            self.foretold[key] = list(self._foretold(change, GLANCE * width))
+        found = [zero for zero in self.foretold[key] if 0 <= zero.way / width <= OVERSHOOT]
+        return sorted(found, key=lambda zero: abs(zero.way))
+
+    def _foretold(self, change: Change, step: float) -> Iterator[_Ahead]:
+        """Where edges will meet the orbits beside them, either way, as one step foretells."""
+        start = change.start
         try:
-            beside = self.at(start.value + GLANCE * width)
+            beside = self.at(start.value + step)
         except ValueError:
-            return []  # the family ends there
-        found = []
+            return  # the family ends there
         for item in self._meetings(change.attractor, start):
             try:
                 here = item.condition.at(start.f)
                 there = here.condition.at(beside)
             except ConditionLost:
                 continue
-            slope = (there.value - here.value) / (GLANCE * width)
-            way = -here.value / slope if slope != 0 else np.inf
-            if 0 <= way / width <= OVERSHOOT:
-                found.append(_Ahead(there.condition, way, slope))
-        return sorted(found, key=lambda zero: abs(zero.way))
+            slope = (there.value - here.value) / step
+            if slope != 0:
+                yield _Ahead(there.condition, -here.value / slope, slope)
 
     def _solved(self, zero: _Ahead, start: ParameterPoint, stop: ParameterPoint) -> Located | None:
         ends = sorted((start.value, stop.value))
@@ -370,7 +437,7 @@ class _Search:
 
     def keep(self, event: CrisisEvent) -> bool:
         """Add an event unless it is there already; tell which."""
-        new = not any(event.same_as(known) for known in self.events)
+        new = not any(event.same_as(known) for known in self.found.events)
         if new:
-            self.events.append(event)
+            self.found.events.append(event)
         return new
