@@ -362,7 +362,7 @@ class _Report:
         looks = LOOKS // 8 if survey.crowded else LOOKS
         tell = self.work.part(0.7, 0.8).tell
         found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks, tell=tell)
-        self.unresolved += [unexplained(*pair, "not searched further") for pair in found.left_open]
+        self.unresolved += [unexplained(*pair) for pair in found.left_open]
         self.outside += [too_close(*pair) for pair in found.too_close]
         self._looked_at(side for event in found.events for side in event.sides)
         return [self._crisis(event) for event in found.events if not self._explained(event)]

@@ -5,10 +5,11 @@
  */
 import { nearest } from "./numbers.js";
 
-// Half of a screen's frames are smooth enough, a quarter while answers are computed: drawing what
-// plays takes a quarter of a processor where no graphics card does it.
+// Half of a screen's frames are smooth enough, a quarter while answers are computed, and a tenth if
+// these have two cores or one: without a graphics card drawing what plays takes a quarter of a core.
 const BETWEEN_MS = 25;
-const BUSY_MS = 60;
+const BUSY_MS = navigator.hardwareConcurrency > 2 ? 60 : 150;
+const LONGEST_MS = 250; // that the motion goes on between two frames
 
 export class Clock {
   /** @param {() => void} ontick @param {() => boolean} isBusy whether answers are computed */
@@ -57,7 +58,7 @@ export class Clock {
     if (!this.playing) return;
     const pause = this.isBusy() ? BUSY_MS : BETWEEN_MS;
     setTimeout(() => requestAnimationFrame((next) => this.#frame(next)), pause);
-    const passed = Math.min(100, Math.max(0, now - this.last)) / 1000;
+    const passed = Math.min(LONGEST_MS, Math.max(0, now - this.last)) / 1000;
     this.last = now;
     this.seek(this.end ? (this.t + this.speed * passed) % this.end : 0);
   }
