@@ -359,7 +359,7 @@ class _Report:
         tell = self.work.part(0.65, 0.7).tell
         grid = list(in_processes(partial(_at_node, at), survey.grid_nodes, tell))
         self._looked_at(grid)
-        looks = LOOKS // 8 if survey.crowded else LOOKS
+        looks = LOOKS // 16 if survey.crowded else LOOKS
         tell = self.work.part(0.7, 0.8).tell
         found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks, tell=tell)
         self.unresolved += [unexplained(*pair) for pair in found.left_open]
