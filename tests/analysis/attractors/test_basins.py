@@ -149,6 +149,20 @@ def test_what_is_unknown_beside_a_gap_does_not_leave():
     assert list(pieces.fate([0.101, 0.108, 0.115])) == [UNDECIDED, LEFT, UNDECIDED]
 
 
+def test_values_at_ends_of_laps_are_not_asked_for_again():
+    asked = []
+
+    def func(x):
+        asked.append(np.size(x))
+        return 3.2 * x * (1 - x)
+
+    f = PiecewiseMap(func, (0, 1), derivative=lambda x: 3.2 - 6.4 * x)
+    laps = branch_table(f).laps
+    asked.clear()
+    first_pieces(f, laps, np.empty((0, 2)), [])
+    assert sum(asked) == 0
+
+
 def test_one_attractor_has_no_inner_edge():
     result = basins(logistic(3.2))
     assert list(result.edges) == [0, 1]

@@ -220,6 +220,21 @@ def test_where_breaks_accumulate_less_is_resolved_and_the_list_says_so():
     assert_same(found, [(item.value, item.period) for item in alone])
 
 
+def test_breaks_that_accumulate_between_the_first_looks_are_told_too():
+    # As above, but only near a value that is neither an end of the range nor its middle.
+    def turns(x, mu):
+        return np.log(x) / np.log(0.9 if 0.302 < mu < 0.304 else 0.1)
+
+    f = ss.PiecewiseMap(
+        lambda x, mu: mu + 0.05 * (turns(x, mu) % 1),
+        (1e-8, 1),
+        parameters={"mu": 0.3},
+        label=lambda x, mu: 1 + np.floor(turns(x, mu)).astype(np.uint64),
+    )
+    found = bifurcations(f, "mu", (0.3, 0.31), max_period=1, n_lists=4)
+    assert any("breaks accumulate: lists are complete above" in u.reason for u in found.unresolved)
+
+
 def test_where_breaks_accumulate_too_many_changes_are_told_and_not_followed():
     # As above, with values over all branches from mu on: those below lose their fixed points.
     def turns(x):

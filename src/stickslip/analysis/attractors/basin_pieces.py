@@ -113,11 +113,13 @@ def first_pieces(f: Map1D, table: Laps, unknown: Floats, known: Sequence[Attract
 
 def _one_sided(f: Map1D, table: Laps, x: Floats, lap: Integers) -> Floats:
     """Values at ends of pieces, from inside where those are ends of laps."""
-    values, _ = values_and_slopes(f, x)
-    held = np.flatnonzero(lap >= 0)
+    values = np.full(x.shape, np.nan)
+    inner = np.flatnonzero(lap >= 0)
     for ends, limits in ((table.left, table.value_left), (table.right, table.value_right)):
-        at_end = held[x[held] == ends[lap[held]]]
-        values[at_end] = limits[lap[at_end]]
+        at_end = x[inner] == ends[lap[inner]]
+        values[inner[at_end]] = limits[lap[inner[at_end]]]
+        inner = inner[~at_end]
+    values[inner], _ = values_and_slopes(f, x[inner])
     return values
 
 

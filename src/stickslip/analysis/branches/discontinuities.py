@@ -318,9 +318,13 @@ class _Search:
         """Put the cuts into the mesh, and a point of each branch at the resolution from them."""
         step = self.mesh.resolution
         lo, hi = self.mesh.f.domain
-        # In a gap a neighbour would tell nothing, and may cost much.
-        inside_left = self.mesh.probe(np.maximum(left.x[left.ok] - step, lo))
-        inside_right = self.mesh.probe(np.minimum(right.x[right.ok] + step, hi))
+        starts, ends = np.sort(self.right.x), np.sort(self.left.x)
+        start = np.append(-np.inf, starts)[np.searchsorted(starts, left.x, "right")]
+        end = np.append(ends, np.inf)[np.searchsorted(ends, right.x)]
+        # In a gap a neighbour would tell nothing, and may cost much; a sliver has none.
+        on_left, on_right = left.ok & (left.x - start > step), right.ok & (end - right.x > step)
+        inside_left = self.mesh.probe(np.maximum(left.x[on_left] - step, lo))
+        inside_right = self.mesh.probe(np.minimum(right.x[on_right] + step, hi))
         self.mesh.insert(left.joined(right).joined(inside_left).joined(inside_right))
 
     def follow_suspects(self) -> None:

@@ -197,8 +197,7 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
     lo, hi = f.domain
     crowd = MAX_CROWD
     if resolution is None:
-        coarse, crowd = _RESOLUTION.get(), CROWD
-        resolution = coarse if coarse == RESOLUTION else min(coarse, WIDE * (hi - lo))
+        resolution, crowd = min(_RESOLUTION.get(), WIDE * (hi - lo)), CROWD
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution <= WIDE * (hi - lo):
         raise ValueError(

@@ -135,11 +135,9 @@ class InterpolatedMap:
 
     def _estimated(self, x: Floats) -> tuple[Floats, Floats]:
         """Values and slopes as likely as the true ones: the nearest sample's, orbits kept apart."""
-        at, value, slope = self._samples
-        if not x.size:
-            return x, x
-        if self.asks:
+        if self.asks or not x.size:
             return values_and_slopes(self.f, x)
+        at, value, slope = self._samples
         above = np.clip(np.searchsorted(at, x), 1, len(at) - 1)
         nearest = above - (x - at[above - 1] < at[above] - x)
         between = np.interp(x, at, value) - value[nearest]

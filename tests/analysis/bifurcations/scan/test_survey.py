@@ -10,6 +10,7 @@ from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.explain import concerned_orbits
+from stickslip.analysis.bifurcations.scan import events
 from stickslip.analysis.bifurcations.scan.nodes import Family, SymbolClasses
 from stickslip.analysis.bifurcations.scan.survey import Survey
 
@@ -175,7 +176,37 @@ def test_labels_joined_in_a_ring_by_harmless_breakpoints():
     words.learn(table((3, 4), kind="corner"))
     labels = np.array([3, 2, 1, 4], dtype=np.uint64)
     assert words.of(labels).tolist() == [1, 1, 1, 4]
-    assert words.telling
+
+
+def test_a_jump_that_no_label_shows_matters_at_values_that_have_it():
+    # The jump at 2, which no orbit comes near, is there from mu = 1/2 on.
+    def family(step):
+        return ss.PiecewiseMap(
+            lambda x, mu: np.where(x < 0, 0.4 * x, 0.5 * x - 1) + mu + step * (mu > 0.5) * (x > 2),
+            (-3, 3),
+            parameters={"mu": 0.3},
+            label=lambda x, mu: np.where(x < 0, 1, 2),
+        )
+
+    survey, plain = (surveyed(family(k), "mu", 0.05, 0.95, max_period=3) for k in (0.1, 0.0))
+    assert all(node.telling == (node.q <= 0.5) for node in survey.grid_nodes)
+    values = [event.value for event in survey.events]
+    assert len(values) == 6
+    assert values == pytest.approx([event.value for event in plain.events], abs=1e-13)
+    assert not survey.unresolved
+
+
+def test_a_break_that_ended_an_orbit_is_not_looked_for_again(monkeypatch):
+    # Where breaks accumulate at it, the table of a window there takes a minute.
+    monkeypatch.setattr(events, "_nearest_border", None)
+    f = ss.PiecewiseMap(
+        lambda x, mu: np.where(x < 0, 0.4 * x, 0.5 * x - 1) + mu,
+        (-3, 3),
+        parameters={"mu": 0.3},
+        breakpoints=[0.0],
+    )
+    survey = surveyed(f, "mu", -0.3, 1.3, max_period=1)
+    assert [event.value for event in survey.events] == pytest.approx([0, 1], abs=1e-13)
 
 
 def test_orbits_pass_a_corner_that_no_label_shows():

@@ -243,9 +243,9 @@ class _Between:
     def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
         """Find the collisions of orbits that are in neither list; return what is no collision."""
         unexplained = []
-        # Where a crowd takes a table at each value, those at the ends of the span have to do.
-        coarse = self.whole.crowded and not self.classes.telling
-        narrowest = math.inf if coarse else BESIDE * self.whole.scale
+        # A crowd has breaks that one list alone tells apart, and values there cost much: what the
+        # ends of the span say has to do.
+        narrowest = math.inf if self.whole.crowded else BESIDE * self.whole.scale
         for suspect in hidden_collisions(
             span.left, span.right, self.family, self.whole.max_period, self.classes, narrowest
         ):
@@ -292,7 +292,7 @@ class _Between:
         start, goal = (span.left, span.right) if side < 0 else (span.right, span.left)
         key = self._key(span, side, k)
         way = follow(start, k, goal.q, self.family, self.classes, self._ways_known.get(key))
-        if not self.classes.telling:
+        if not (start.telling and goal.telling):
             way = self._ended_at_passed_border(way, start, k, goal)
         self._ways_known[key] = way
         return way

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.analysis.maps.protocol import Floats
 
 ZERO: Final = 1e-13  # of the domain: an image so close to its break has no sign
 
@@ -51,7 +51,7 @@ class BreakImages:
 
 
 def images_of_breaks(
-    table: BranchTable, max_period: int, classes: SymbolClasses
+    table: BranchTable, max_period: int, classes: SymbolClasses, *, telling: bool
 ) -> dict[Name, BreakImages]:
     """Follow both sides of all breaks of a map, and the ends of its domain."""
     breaks = [item for item in table.breakpoints if item.kind != "smooth"]
@@ -63,7 +63,9 @@ def images_of_breaks(
     for _ in range(max_period):
         off.append(x - start)
         got = sample(table.f, x)
-        words.append(_symbols(got.label, x, places, classes).tolist())
+        words.append(
+            (classes.of(got.label) if telling else np.searchsorted(places, x, "right")).tolist()
+        )
         x = np.where(got.status == OK, got.value, np.nan)
     found = {}
     for j, (name, (border, side, _)) in enumerate(sides.items()):
@@ -127,13 +129,6 @@ def _sides(
             yield (-1, upper, side), (DomainEnd(bool(upper), end), side, value)
 
 
-def _symbols(labels: Labels, x: Floats, places: Floats, classes: SymbolClasses) -> Labels:
-    """Name the branches of points; by order where labels tell nothing."""
-    if classes.telling:
-        return classes.of(labels)
-    return np.searchsorted(places, x, side="right").astype(np.uint64)
-
-
 def hidden_collisions(
     left: Node,
     right: Node,
@@ -143,9 +138,12 @@ def hidden_collisions(
     narrowest: float,
 ) -> Iterator[Suspect]:
     """Suspect collisions where the signs of f^k(c) - c at two nodes differ, for all breaks c."""
-    before, after = (images_of_breaks(node.table, max_period, classes) for node in (left, right))
+    telling = left.telling and right.telling
+    before, after = (
+        images_of_breaks(node.table, max_period, classes, telling=telling) for node in (left, right)
+    )
     after = _renamed(after, before)
-    search = _Search(family, max_period, classes, narrowest, before)
+    search = _Search(family, max_period, classes, telling, narrowest, before)
     for name in sorted(set(before) | set(after)):
         yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
 
@@ -160,6 +158,7 @@ class _Search:
     family: Family
     max_period: int
     classes: SymbolClasses
+    telling: bool  # labels tell branches apart at both ends
     narrowest: float
     known: dict[Name, BreakImages]  # at the first value: their names hold
     seen: dict[float, dict[Name, BreakImages]] = field(default_factory=dict)  # at others
@@ -200,9 +199,11 @@ class _Search:
         assert near is not None
         f, border = self.family.at(q), near.border
         if isinstance(border, TrackedDiscontinuity):
-            if not (border.labelled and self.classes.telling):
+            if not self.telling:
                 if q not in self.seen:
-                    found = images_of_breaks(branch_table(f), self.max_period, self.classes)
+                    found = images_of_breaks(
+                        branch_table(f), self.max_period, self.classes, telling=False
+                    )
                     self.seen[q] = _renamed(found, self.known)
                 return self.seen[q].get(name)
         try:

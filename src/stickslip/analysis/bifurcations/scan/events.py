@@ -25,7 +25,7 @@ from stickslip.analysis.branches.along.tracked import (
     DomainEnd,
     TrackedDiscontinuity,
 )
-from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.newton import EPS, turned
@@ -249,10 +249,12 @@ def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
     # A way that goes nowhere says little of where it might have led.
     stuck = end.reason in ("step limit", "point limit")
     period, here = len(points), tuple(points.tolist())
-    met = [_meeting(f, points, k, int(way.labels[k])) for k in way.gone]
-    if end.index is not None and end.border is not None:
-        own = Meeting(end.index, end.border, end.side)
-        met = [own if k == end.index else other for k, other in zip(way.gone, met, strict=True)]
+    met = [
+        Meeting(k, end.border, end.side)
+        if k == end.index and end.border is not None
+        else _meeting(f, points, k, int(way.labels[k]))
+        for k in way.gone
+    ]
     first, beside = met[:1], met[1:]
     if stuck and not met:
         first = [_meeting(f, points, k, None) for k in range(period)]
@@ -291,7 +293,5 @@ def _nearest_border(f: MapFamily, x: float) -> Breakpoint | None:
     """Return the break that matters nearest to a point, from the table of a small window."""
     half = WINDOW * domain_width(f)
     window = WindowMap(f, (x - half, x + half))
-    lo, hi = window.domain
-    table = branch_table(window, min(RESOLUTION, 1e-4 * (hi - lo)))
-    breaks = [item for item in table.breakpoints if item.kind != "smooth"]
+    breaks = [item for item in branch_table(window).breakpoints if item.kind != "smooth"]
     return min(breaks, key=lambda item: abs(item.d - x), default=None)

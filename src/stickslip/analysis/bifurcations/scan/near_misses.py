@@ -38,13 +38,16 @@ class NearZero:
     condition: Fold | Collision  # that it is zero
 
 
-def near_zeros(node: Node, max_period: int, classes: SymbolClasses) -> list[NearZero]:
+def near_zeros(
+    node: Node, max_period: int, classes: SymbolClasses, *, telling: bool
+) -> list[NearZero]:
     """Evaluate all functions that can be evaluated at a node."""
+    images = images_of_breaks(node.table, max_period, classes, telling=telling)
     borders = [
         NearZero(
             (name, one.word[:k]), one.border.x, one.off[k], Collision(k + 1, one.border, one.side)
         )
-        for name, one in images_of_breaks(node.table, max_period, classes).items()
+        for name, one in images.items()
         for k in range(len(one.off))
     ]
     return [*borders, *_extrema(node, max_period)]

@@ -78,11 +78,6 @@ class SymbolClasses:
             if low != high:
                 self._first[high] = low
 
-    @property
-    def telling(self) -> bool:
-        """Whether labels tell all branches apart: not so for a map that has none."""
-        return all(a != b for a, b in self._hard)
-
     def of(self, labels: Labels) -> Labels:
         """Return the least label of each group, shaped like ``labels``."""
         if not self._first:
@@ -145,6 +140,12 @@ class Node:
     def breaks(self) -> Floats:
         """Places of the breaks that matter, ascending."""
         return np.array([item.d for item in self.table.breakpoints if item.kind != "smooth"])
+
+    @cached_property
+    def telling(self) -> bool:
+        """Whether labels tell all branches apart: not so for a map that has none."""
+        hard = (item for item in self.table.breakpoints if item.kind != "smooth")
+        return all(item.left_label != item.right_label for item in hard)
 
     @cached_property
     def segments(self) -> Labels:

@@ -22,6 +22,7 @@ from stickslip.analysis.bifurcations.scan.near_misses import (
     zeros_at_end,
 )
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
+from stickslip.analysis.branches.discontinuities import WIDE
 from stickslip.analysis.branches.table import (
     branch_table,
     resolution_of_lists,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 LISTED: Final = 0.4  # share of the work that the lists of the grid are, roughly
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
+EVERY: Final = 3  # value of the grid that has a list where breaks accumulate, and each costs much
 JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
 GOLDEN: Final = 0.6180339887498949
 
@@ -72,7 +74,9 @@ class Survey(Range):
         values = grid(self.lo, self.hi, n)
         kept: list[Node] = []
         with self.work.until_interrupted(), self._coarsened(values):
+            values = [*values[:-1:EVERY], values[-1]] if self.crowded else values
             nodes = self._nodes(values, self.work.part(0.0, LISTED).tell)
+            self._tell_crowd(nodes)
             nodes = self._where_hidden(nodes)
             kept.append(nodes[0])
             self._explain(nodes, kept)
@@ -88,17 +92,24 @@ class Survey(Range):
         return tables_complete_above(self.resolution)
 
     def _coarsened(self, values: Sequence[float]) -> AbstractContextManager[None]:
-        """Resolve less where breaks accumulate, and say so."""
-        looked_at = values[0], values[len(values) // 2], values[-1]
-        tables = (branch_table(self.family.at(q)) for q in looked_at)
-        self.resolution = max(resolution_of_lists(table, self.max_period) for table in tables)
+        """Resolve less where breaks accumulate."""
+        for q in (values[len(values) // 2], values[0], values[-1]):
+            with self.resolved():
+                found = resolution_of_lists(branch_table(self.family.at(q)), self.max_period)
+            if found > self.resolution:
+                # Tables that need hardly less than others are the same, and serve the lists, too.
+                self.resolution = min(2.0 ** math.ceil(math.log2(found)), WIDE * self.width)
+        return self.resolved()
+
+    def _tell_crowd(self, nodes: Sequence[Node]) -> None:
+        """Say that breaks accumulate, where looks for that were made or between them."""
+        self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
         if self.crowded:
             reason = (
                 f"breaks accumulate: lists are complete above {self.resolution:.2g}, "
                 "and fewer values are looked at"
             )
             self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
-        return self.resolved()
 
     def _nodes(self, values: Sequence[float], tell: Callable[[float], None]) -> list[Node]:
         """Make lists at several values."""
@@ -113,12 +124,15 @@ class Survey(Range):
         """Add lists where a pair of events may hide between two of the grid."""
         seen: dict[float, list[NearZero]] = {}
         for _ in range(SECOND_LOOKS):
-            for node in nodes:
+            telling = all(node.telling for node in nodes)
+            for node in [*nodes[:2], *nodes[-2:]] if self.crowded else nodes:
                 if node.q not in seen:
-                    seen[node.q] = near_zeros(node, self.max_period, self._classes)
+                    seen[node.q] = near_zeros(node, self.max_period, self._classes, telling=telling)
             values = [node.q for node in nodes]
+            if self.crowded:
+                break
             fresh = hidden_values(values, [seen[q] for q in values], self.width)
-            if self.crowded or not fresh:
+            if not fresh:
                 break
             more = self._nodes(fresh, lambda share: self.work.tell(LISTED))
             nodes = sorted([*nodes, *more], key=lambda node: node.q)

@@ -83,6 +83,8 @@ def _candidates(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pairs of orbits of one word that foretell each other best, by both velocities."""
     half = 0.5 * (right.q - left.q)
+    telling = left.telling and right.telling
+    names = [_names(node, classes, telling=telling) for node in (left, right)]
     rows: list[int] = []
     columns: list[int] = []
     shared = set(left.bundle.periods.tolist()) & set(right.bundle.periods.tolist())
@@ -92,7 +94,7 @@ def _candidates(
         ahead = (left.bundle.points + half * left.velocity)[i, :period]
         back = (right.bundle.points - half * right.velocity)[j, :period]
         cost = np.abs(ahead[:, None] - back[None]).max(axis=2)
-        one, other = _names(left, classes)[i], _names(right, classes)[j]
+        one, other = names[0][i], names[1][j]
         agree = (one[:, None, :period] == other[None, :, :period]).all(axis=2)
         cost = np.where(agree & np.isfinite(cost), cost, np.inf)
         best, back_best = cost.argmin(axis=1), cost.argmin(axis=0)
@@ -102,9 +104,9 @@ def _candidates(
     return np.array(rows, dtype=np.intp), np.array(columns, dtype=np.intp)
 
 
-def _names(node: Node, classes: SymbolClasses) -> NDArray[np.uint64]:
-    """Name the branches of all points, none on a corner; by order where labels tell nothing."""
-    names = classes.of(node.bundle.labels) if classes.telling else node.segments
+def _names(node: Node, classes: SymbolClasses, *, telling: bool) -> NDArray[np.uint64]:
+    """Name the branches of all points, none on a corner; by order where labels do not tell."""
+    names = classes.of(node.bundle.labels) if telling else node.segments
     return np.where(node.on_corner, ON_CORNER, names)
 
 
