@@ -30,10 +30,12 @@ from stickslip.numerics.translation.values import NotUnderstood
 
 
 class _Library(JITCodeLibrary):
+    simplified = False  # before it is linked: what is not inlined is simplified there
+
     def _optimize_functions(self, module: llvm.ModuleRef) -> None:
-        """As numba does, but for functions only that have code."""
+        """As numba does, but for functions only that have code, and only where that serves."""
         module.data_layout = self._codegen._data_layout
-        for function in module.functions:
+        for function in module.functions if self.simplified else ():
             if not function.is_declaration:
                 try:
                     passes, *builder = self._codegen._function_pass_manager()
@@ -126,6 +128,7 @@ class _PartCompiler(compiler.Compiler):
     ) -> None:
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
         library = _PartLibrary(target.codegen())
+        library.simplified = bool(flags.forceinline or flags.fastmath)
         super().__init__(typing, target, library, args, result, _Flags.equal_to(flags), names)
 
     def compile_extra(self, func: Any) -> Any:
@@ -145,14 +148,13 @@ _open: list[Callable[..., Any]] = []  # kernels that wait for those that they ca
 
 
 def _called(thing: Any, kinds: tuple[Any, ...]) -> Any:
-    """Type and signature of the part of a kernel; None of anything else."""
+    """Part of a kernel, compiled for some types; None of anything else."""
     if not isinstance(thing, Kernel):
         return None
     if thing.py_func in _open:
         raise NotUnderstood("recursion")
-    part = thing.part
-    part.compile(kinds)
-    return types.Dispatcher(part), part.overloads[kinds].signature
+    thing.part.compile(kinds)
+    return thing.part.overloads[kinds]
 
 
 def _result(target: Any, signature: Any, descriptor: Any, library: Any, entry: Any) -> Any:

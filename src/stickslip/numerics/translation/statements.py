@@ -18,6 +18,7 @@ from typing import Any
 from llvmlite import ir
 from numba.core import errors
 from numba.core.bytecode import FunctionIdentity
+from numba.core.callconv import RETCODE_OK
 from numba.core.datamodel.packer import ArgPacker
 from numba.core.fastmathpass import rewrite_module
 from numba.core.funcdesc import PythonFunctionDescriptor
@@ -46,10 +47,18 @@ def translate(function: Callable[..., Any], state: Any, called: Callable[..., An
     raise NotUnderstood("its types do not settle")
 
 
-@cache
-def _packer(models: Any, kinds: tuple[Any, ...]) -> Any:
-    """Numba's, which it makes anew for each call of a kernel: arguments are many."""
-    return ArgPacker(models, kinds)
+class _Packer(ArgPacker):
+    """Numba's, made once for all kernels of the same arguments, which have no names."""
+
+    def assign_names(self, args: Any, names: Any) -> None:
+        """Leave the names out: an argument may be a hundred numbers."""
+
+    def nested(self, codes: Any) -> Any:
+        """Codes of each argument, as its type has them."""
+        return self._unflattener.unflatten(codes)
+
+
+_packer = cache(_Packer)
 
 
 class Reader(Expressions):
@@ -88,19 +97,13 @@ class Reader(Expressions):
             self.code = context.declare_function(module, self.descriptor)
             self.entry = self.code.append_basic_block("entry")
             self.builder = ir.IRBuilder(self.entry)
-            self.builder.branch(decoding := self.block())
-            self.builder.position_at_end(decoding)
-            given = context.call_conv.decode_arguments(self.builder, arguments, self.code)
-            self.arrived, start = self.builder.block, self.block()
-            self.builder.branch(start)
+            self.builder.branch(start := self.block())
             self.builder.position_at_end(start)
-            for name, kind, code in zip(told.arg_names, arguments, given, strict=True):
+            given = context.get_arg_packer(arguments).nested(self.code.args[2:])
+            for name, kind, codes in zip(told.arg_names, arguments, given, strict=True):
                 if isinstance(kind, (types.Omitted, types.Optional)):
                     raise NotUnderstood(f"argument {name}")
-                value = Value(types.unliteral(kind), code)
-                value.known = kind is types.none
-                value.given, value.fixed = code, True
-                self.bind(name, value)
+                self.bind(name, self.argument(types.unliteral(kind), codes))
             self.statements(self.text.body)
             if not self.builder.block.is_terminated:
                 self.give(known(types.none, None))
@@ -197,8 +200,8 @@ class Reader(Expressions):
         if result is None or self.typing.unify_pairs(result, value.kind) != result:
             self.kinds["return"] = self.returned
             raise Again
-        code = self.context.get_return_value(self.builder, result, self.cast(value, result))
-        self.context.call_conv.return_value(self.builder, code)
+        self.put_result(result, value, self.code.args[0])
+        self.builder.ret(RETCODE_OK)
 
     def do_If(self, node: ast.If) -> None:
         """Write the code of a statement."""
