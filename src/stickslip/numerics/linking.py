@@ -25,17 +25,16 @@ from numba.core.environment import Environment
 from numba.core.registry import CPUDispatcher
 
 from stickslip.numerics import kernel_cache
+from stickslip.numerics.translation.codes import Descriptor, around
 from stickslip.numerics.translation.statements import translate
 from stickslip.numerics.translation.values import NotUnderstood
 
 
 class _Library(JITCodeLibrary):
-    simplified = False  # before it is linked: what is not inlined is simplified there
-
     def _optimize_functions(self, module: llvm.ModuleRef) -> None:
-        """As numba does, but for functions only that have code, and only where that serves."""
+        """As numba does, but for functions only that have code."""
         module.data_layout = self._codegen._data_layout
-        for function in module.functions if self.simplified else ():
+        for function in module.functions:
             if not function.is_declaration:
                 try:
                     passes, *builder = self._codegen._function_pass_manager()
@@ -128,7 +127,6 @@ class _PartCompiler(compiler.Compiler):
     ) -> None:
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
         library = _PartLibrary(target.codegen())
-        library.simplified = bool(flags.forceinline or flags.fastmath)
         super().__init__(typing, target, library, args, result, _Flags.equal_to(flags), names)
 
     def compile_extra(self, func: Any) -> Any:
@@ -206,10 +204,26 @@ class _Part(CPUDispatcher):
         self._cache: Any = _PartCache(entry.py_func, entry.folder)
 
     def add_overload(self, made: Any) -> None:
-        if made.entry_point is None:
-            made = made._replace(entry_point=object())
-            made.target_context.insert_user_function(made.entry_point, made.fndesc, [made.library])
         self.overloads[tuple(made.signature.args)] = made
+
+    def get_overload(self, args: Any) -> Any:
+        """Name by which kernels that numba compiles call this one."""
+        made = _as_numba_calls(self.overloads[tuple(args)])
+        name = object()
+        made.target_context.insert_user_function(name, made.fndesc, [made.library])
+        return name
+
+
+def _as_numba_calls(made: Any) -> Any:
+    """Add to a translated part the function that numba calls."""
+    target, library = made.target_context, made.library
+    if isinstance(made.fndesc, Descriptor):
+        library = _PartLibrary(target.codegen())
+        module = library.create_ir_module("around")
+        around(target, module, made.fndesc)
+        library.add_linking_library(made.library)
+        library.add_ir_module(module)
+    return made._replace(library=library)
 
 
 class _EntryCompiler(_FunctionCompiler):
@@ -255,12 +269,12 @@ class Kernel(CPUDispatcher):
         return _Part(self)
 
     def lowered(self, args: tuple[Any, ...]) -> Any:
-        """Its part for some types, typed and lowered."""
+        """Its part for some types, typed and lowered, as numba calls it."""
         with global_compiler_lock:
             _believe_in_blas()
             self.targetctx.refresh()  # not before: what was compiled runs without it
         self.part.compile(args)
-        return self.part.overloads[args]
+        return _as_numba_calls(self.part.overloads[args])
 
     @property
     def _numba_type_(self) -> Any:

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils
 
+from stickslip.numerics.translation.codes import WORD, Codes
 from stickslip.numerics.translation.text import Text
 from stickslip.numerics.translation.values import (
     NotUnderstood,
@@ -33,6 +33,7 @@ BINARY = {
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
     ast.LShift: operator.lshift,
     ast.RShift: operator.rshift,
     ast.BitAnd: operator.and_,
@@ -63,21 +64,18 @@ SIGNS = {
     operator.gt: ">",
     operator.ge: ">=",
 }
-# Of numba's arrays.
-N_ITEMS, DATA, SHAPE, STRIDES = 2, 4, 5, 6
 # What may be evaluated though Python would not: without effect, and no index out of an array.
 HARMLESS = (
     ast.Name, ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp, ast.Attribute, ast.expr_context,
     ast.cmpop, ast.boolop, ast.unaryop, ast.BinOp, ast.Add, ast.Sub, ast.Mult,
 )  # fmt: skip
-WORD, HALF = ir.IntType(64), ir.IntType(32)
 
 
 class Again(Exception):
     """A name or the result turned out to be of another kind: the kernel is read again."""
 
 
-class Expressions:
+class Expressions(Codes):
     """Reads expressions of one kernel and writes their code."""
 
     def __init__(
@@ -89,14 +87,12 @@ class Expressions:
         slots: dict[str, Any],
         kinds: dict[str, Any],
     ) -> None:
-        self.function, self.text, self.state, self.called = function, text, state, called
-        self.context, self.typing = state.targetctx, state.typingctx
+        super().__init__(state.targetctx, called)
+        self.function, self.text, self.state = function, text, state
+        self.typing = state.typingctx
         self.slots, self.kinds = slots, kinds  # what earlier readings have found
         self.names: dict[str, Value] = {}
         self.places: dict[str, Any] = {}  # of slots
-        self.builder: Any = None
-        self.code: Any = None
-        self.entry: Any = None
         self.loops: list[tuple[Any, Any]] = []
         self.left: list[Any] = []  # blocks after a loop, by a break
         self.returned: Any = None
@@ -111,108 +107,6 @@ class Expressions:
             },
         }
         self.counts, self.used = text.counts, text.used
-
-    # --- code
-
-    def block(self) -> Any:
-        """Begin a block of code."""
-        return self.code.append_basic_block()
-
-    def room(self, type_: Any) -> Any:
-        """Place on the stack for something of a type of LLVM, or of each of its parts."""
-        if isinstance(type_, (tuple, list)):
-            return [self.room(each) for each in type_]
-        with self.builder.goto_block(self.entry):
-            return self.builder.alloca(type_)
-
-    def slot(self, kind: Any) -> Any:
-        """Place for a value, of a tuple for each part."""
-        if isinstance(kind, types.BaseTuple):
-            return [self.slot(each) for each in kind.types]
-        if isinstance(kind, types.Array):
-            return self.room(self.context.data_model_manager[kind].get_argument_type())
-        return self.room(self.context.get_value_type(kind))
-
-    def store(self, value: Value, kind: Any, slot: Any) -> None:
-        """Keep a value, as another type, in a slot."""
-        if isinstance(kind, types.BaseTuple):
-            for part, *each in zip(self.parts_of(value), kind.types, slot, strict=True):
-                self.store(part, *each)
-        elif isinstance(kind, types.Array):
-            codes = self.fields_of(
-                value if value.kind == kind else Value(kind, self.cast(value, kind))
-            )
-            for code, place in zip(_flat(codes), _flat(slot), strict=True):
-                self.builder.store(code, place)
-        else:
-            self.builder.store(self.cast(value, kind), slot)
-
-    def load(self, kind: Any, slot: Any) -> Value:
-        """Read what a slot holds."""
-        if isinstance(kind, types.BaseTuple):
-            parts = [self.load(*each) for each in zip(kind.types, slot, strict=True)]
-            return Value(kind, parts=parts)
-        if isinstance(kind, types.Array):
-            return self.argument(kind, _mapped(self.builder.load, slot))
-        if kind is types.none:
-            return known(kind, None)
-        return Value(kind, self.builder.load(slot))
-
-    def held(self, node: ast.expr) -> Any:
-        """Type and slot of a name, or of a field of it; None if it has none."""
-        if isinstance(node, ast.Name) and node.id in self.places and node.id not in self.names:
-            return self.slots[node.id], self.places[node.id]
-        if isinstance(node, ast.Attribute):
-            whole = self.held(node.value)
-            fields = getattr(whole[0], "fields", ()) if whole else ()
-            if node.attr in fields:
-                k = fields.index(node.attr)
-                return whole[0].types[k], whole[1][k]
-        return None
-
-    def code_of(self, value: Value) -> Any:
-        """Code of a value: of a known one a constant."""
-        if value.given is not None:
-            return value.given
-        if value.parts is not None or value.fields is not None:
-            if value.made is None or value.made[0] is not self.builder.block:
-                value.made = self.builder.block, self.whole_of(value)
-            return value.made[1]
-        if value.kind is types.none:
-            return self.context.get_dummy_value()
-        if value.known and value.kind is not None:
-            return self.constant(value)
-        raise NotUnderstood("an object as a value")
-
-    def whole_of(self, value: Value) -> Any:
-        """Code of a tuple or an array, joined of its parts."""
-        if value.fields is not None:
-            return self.context.get_argument_value(self.builder, value.kind, value.fields)
-        codes = [self.code_of(each) for each in value.parts or ()]
-        return self.context.make_tuple(self.builder, value.kind, codes)
-
-    def fields_of(self, value: Value) -> Any:
-        """Code of each field of an array, or of a number, as numba passes them."""
-        if value.fields is not None:
-            return value.fields
-        code = self.code_of(value)
-        return self.context.get_value_as_argument(self.builder, value.kind, code)
-
-    def constant(self, value: Value) -> Any:
-        """Code of a known number or array."""
-        kind, thing = value.kind, value.object
-        if kind in (types.float64, types.int64, types.uint64, types.boolean):
-            number = thing.item() if isinstance(thing, np.generic) else thing
-            return ir.Constant(self.context.get_value_type(kind), number)
-        return self.context.get_constant_generic(self.builder, kind, thing)
-
-    def cast(self, value: Value, kind: Any) -> Any:
-        """Code of a value as another type."""
-        if value.kind == kind:
-            return self.code_of(value)
-        if value.known and kind == types.float64 and isinstance(value.object, (int, float)):
-            return ir.Constant(ir.DoubleType(), float(value.object))
-        return self.context.cast(self.builder, self.code_of(value), value.kind, kind)
 
     # --- names ----------------------------------------------------------------------------------
 
@@ -234,6 +128,18 @@ class Expressions:
         if name not in self.places:
             self.places[name] = self.slot(unified)
         self.store(value, unified, self.places[name])
+
+    def held(self, node: ast.expr) -> Any:
+        """Type and slot of a name, or of a field of it; None if it has none."""
+        if isinstance(node, ast.Name) and node.id in self.places and node.id not in self.names:
+            return self.slots[node.id], self.places[node.id]
+        if isinstance(node, ast.Attribute):
+            whole = self.held(node.value)
+            fields = getattr(whole[0], "fields", ()) if whole else ()
+            if node.attr in fields:
+                k = fields.index(node.attr)
+                return whole[0].types[k], whole[1][k]
+        return None
 
     def lookup(self, name: str) -> Value:
         """Find what a name holds."""
@@ -390,10 +296,13 @@ class Expressions:
 
     def of_BinOp(self, node: ast.BinOp) -> Value:
         """Write the code of an expression."""
+        one, other = self.value(node.left), self.value(node.right)
+        if isinstance(node.op, ast.Pow) and isinstance(other.kind, types.Integer):
+            if other.object != 2 or one.kind != types.float64:  # a square is a product for numba
+                return self.unknown(node)
+            return self.operation(operator.mul, one, one)
         by = BINARY.get(type(node.op))
-        if by is None:
-            return self.unknown(node)
-        return self.operation(by, self.value(node.left), self.value(node.right))
+        return self.unknown(node) if by is None else self.operation(by, one, other)
 
     def of_UnaryOp(self, node: ast.UnaryOp) -> Value:
         """Write the code of an expression."""
@@ -542,32 +451,16 @@ class Expressions:
             if name == "ndim":
                 return self.thing(kind.ndim)
             if name == "size":
-                return natural(self.field(value, N_ITEMS))
+                return natural(self.count_of(value))
             if name == "shape":
-                return self.joint([natural(self.field(value, SHAPE, k)) for k in range(kind.ndim)])
+                return self.joint([natural(code) for code in self.fields_of(value)[1]])
         return self.unknown(node)
-
-    def field(self, array: Value, *path: int) -> Any:
-        """Code of a field of an array: numbers of an argument are there already."""
-        if array.fields is None:
-            return self.builder.extract_value(self.code_of(array), path)
-        return reduce(operator.getitem, path, array.fields)
-
-    def part(self, value: Value, place: int) -> Value:
-        """Part of a tuple."""
-        if value.parts is not None:
-            return value.parts[place]
-        kind = value.kind.types[place]
-        if kind is types.none:
-            return known(kind, None)
-        return Value(kind, self.builder.extract_value(self.code_of(value), place))
 
     def parts_of(self, value: Value, n: int | None = None) -> list[Value]:
         """Parts of a tuple, or that many elements of an array."""
         if isinstance(value.kind, types.BaseTuple):
-            parts = [self.part(value, k) for k in range(len(value.kind.types))]
-            if n in (None, len(parts)):
-                return parts
+            if n in (None, len(value.kind.types)):
+                return self.tuple_parts(value)
         elif isinstance(value.kind, types.Array) and value.kind.ndim == 1 and n is not None:
             places = (self.element(value, [self.thing(k)]) for k in range(n))
             return [self.get(value, place) for place in places]
@@ -598,7 +491,7 @@ class Expressions:
         if isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
             array, (axis,) = self.value(node.value.value), self.index(node.slice)
             if isinstance(array.kind, types.Array) and axis.known:
-                return natural(self.field(array, SHAPE, axis.object))
+                return natural(self.fields_of(array)[1][axis.object])
         value, index = self.value(node.value), self.index(node.slice)
         if isinstance(value.kind, types.BaseTuple):
             (place,) = index
@@ -630,21 +523,21 @@ class Expressions:
             return None
         if not isinstance(kind.dtype, (types.Number, types.Boolean)):
             return None
-        data = self.field(array, DATA)
-        codes = [self.inside(array, axis, each) for axis, each in enumerate(index)]
+        data, shape, strides = self.fields_of(array)
+        codes = [self.inside(size, each) for size, each in zip(shape, index, strict=True)]
         if kind.layout == "C":
             at = codes[0]
             for axis in range(1, kind.ndim):
-                at = builder.add(builder.mul(at, self.field(array, SHAPE, axis)), codes[axis])
+                at = builder.add(builder.mul(at, shape[axis]), codes[axis])
             return builder.gep(data, [at])
         at = None
-        for axis, code in enumerate(codes):
-            one = builder.mul(code, self.field(array, STRIDES, axis))
+        for code, stride in zip(codes, strides, strict=True):
+            one = builder.mul(code, stride)
             at = one if at is None else builder.add(at, one)
         bytes_ = builder.bitcast(data, ir.IntType(8).as_pointer())
         return builder.bitcast(builder.gep(bytes_, [at]), data.type)
 
-    def inside(self, array: Value, axis: int, index: Value) -> Any:
+    def inside(self, size: Any, index: Value) -> Any:
         """Code of an index that counts from the beginning."""
         builder = self.builder
         if not index.kind.signed:
@@ -653,8 +546,7 @@ class Expressions:
         if index.natural:
             return code
         if index.known:
-            return builder.add(self.field(array, SHAPE, axis), code)
-        size = self.field(array, SHAPE, axis)
+            return builder.add(size, code)
         negative = builder.icmp_signed("<", code, ir.Constant(WORD, 0))
         return builder.select(negative, builder.add(code, size), code)
 
@@ -756,87 +648,7 @@ class Expressions:
         kind = sig.return_type
         if isinstance(kind, (types.Optional, types.Literal)):
             raise NotUnderstood(f"result of {thing}")
-        return known(kind, None) if kind is types.none else Value(kind, code)
-
-    # --- kernels --------------------------------------------------------------------------------
-    # Called as numba calls them. A tuple goes from kernel to kernel as the numbers it is made of,
-    # which nobody joins on the way: most of the code would do so.
-
-    def argument(self, kind: Any, codes: Any) -> Value:
-        """Value of an argument of this kernel."""
-        if kind is types.none:
-            return known(kind, None)
-        if isinstance(kind, types.BaseTuple):
-            parts = [self.argument(*each) for each in zip(kind.types, codes, strict=True)]
-            return Value(kind, parts=parts)
-        if isinstance(kind, types.Array):
-            array = Value(kind)
-            array.fields = codes
-            return array
-        return Value(kind, self.context.get_argument_value(self.builder, kind, codes))
-
-    def passed(self, value: Value) -> list[Any]:
-        """Codes of an argument of another kernel."""
-        if value.parts is not None:
-            return [code for part in value.parts for code in self.passed(part)]
-        return list(_flat(self.fields_of(value)))
-
-    def result_of(self, part: Any, values: list[Value]) -> Value:
-        """Call a kernel."""
-        builder, told = self.builder, part.fndesc
-        if isinstance(told.restype, types.Optional):
-            raise NotUnderstood("a result that may be none")
-        callee = builder.module.globals.get(told.llvm_func_name)
-        if callee is None:
-            callee = self.context.declare_function(builder.module, told)
-        self.context.add_linking_libs([part.library])
-        place, trouble = self.room(callee.args[0].type.pointee), self.code.args[1]
-        codes = [code for value in values for code in self.passed(value)]
-        status = builder.call(callee, [place, trouble, *codes])
-        with cgutils.if_unlikely(builder, builder.icmp_signed("!=", status, status.type(0))):
-            builder.ret(status)
-        return self.taken(told.restype, place)
-
-    def taken(self, kind: Any, place: Any) -> Value:
-        """Read the result of a kernel from where the kernel put it."""
-        if kind is types.none:
-            return known(kind, None)
-        if isinstance(kind, types.BaseTuple):
-            parts = [self.taken(each, self.place_of(place, k)) for k, each in enumerate(kind.types)]
-            return Value(kind, parts=parts)
-        code = self.builder.load(place)
-        if code.type != self.context.get_value_type(kind):
-            code = self.context.data_model_manager[kind].from_data(self.builder, code)
-        return Value(kind, code)
-
-    def put_result(self, kind: Any, value: Value, place: Any) -> None:
-        """Put the result of this kernel where the caller takes it from."""
-        if isinstance(kind, types.BaseTuple) and len(kind.types):
-            for k, part in enumerate(self.parts_of(value, len(kind.types))):
-                self.put_result(kind.types[k], part, self.place_of(place, k))
-            return
-        code = self.cast(value, kind)
-        if code.type != place.type.pointee:
-            code = self.context.get_value_as_data(self.builder, kind, code)
-        self.builder.store(code, place)
-
-    def place_of(self, tuple_: Any, k: int) -> Any:
-        """Where a part of a tuple is."""
-        return self.builder.gep(tuple_, [HALF(0), HALF(k)], inbounds=True)
-
-
-def _flat(codes: Any) -> Iterator[Any]:
-    if not isinstance(codes, (tuple, list)):
-        yield codes
-    else:
-        for each in codes:
-            yield from _flat(each)
-
-
-def _mapped(function: Callable[[Any], Any], tree: Any) -> Any:
-    if isinstance(tree, list):
-        return [_mapped(function, each) for each in tree]
-    return function(tree)
+        return known(kind, None) if kind is types.none else self.spread(Value(kind, code))
 
 
 def _harmless(node: ast.expr) -> bool:

@@ -12,18 +12,16 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable
-from functools import cache, partial
 from typing import Any
 
 from llvmlite import ir
 from numba.core import errors
 from numba.core.bytecode import FunctionIdentity
 from numba.core.callconv import RETCODE_OK
-from numba.core.datamodel.packer import ArgPacker
 from numba.core.fastmathpass import rewrite_module
-from numba.core.funcdesc import PythonFunctionDescriptor
 from numba.core.targetconfig import ConfigStack
 
+from stickslip.numerics.translation.codes import Descriptor, inner
 from stickslip.numerics.translation.expressions import BINARY, Again, Expressions
 from stickslip.numerics.translation.text import text_of
 from stickslip.numerics.translation.values import NotUnderstood, Value, known, types
@@ -47,20 +45,6 @@ def translate(function: Callable[..., Any], state: Any, called: Callable[..., An
     raise NotUnderstood("its types do not settle")
 
 
-class _Packer(ArgPacker):
-    """Numba's, made once for all kernels of the same arguments, which have no names."""
-
-    def assign_names(self, args: Any, names: Any) -> None:
-        """Leave the names out: an argument may be a hundred numbers."""
-
-    def nested(self, codes: Any) -> Any:
-        """Codes of each argument, as its type has them."""
-        return self._unflattener.unflatten(codes)
-
-
-_packer = cache(_Packer)
-
-
 class Reader(Expressions):
     """Reads one kernel and writes its code."""
 
@@ -72,37 +56,19 @@ class Reader(Expressions):
         result = self.kinds.get("return")
         told = FunctionIdentity.from_function(self.function)
         flags, arguments = state.flags, tuple(state.args)
-        self.descriptor = PythonFunctionDescriptor(
-            True,
-            self.function.__module__,
-            told.func_qualname,
-            told.unique_name,
-            "",
-            None,
-            result or types.none,
-            None,
-            tuple(told.arg_names),
-            (),
-            mangler=context.mangler,
-            argtypes=arguments,
-            inline=flags.forceinline,
-            noalias=flags.noalias,
-            abi_tags=[flags.get_mangle_string()],
-            uid=told.unique_id,
-        )
-        context.get_arg_packer = partial(_packer, context.data_model_manager)
+        if any(isinstance(kind, (types.Omitted, types.Optional)) for kind in arguments):
+            raise NotUnderstood("an argument that may be missing")
+        self.descriptor = Descriptor(told, state, result or types.none)
         with ConfigStack().enter(flags.copy()), context.push_code_library(state.library):
             module = state.library.create_ir_module(told.unique_name)
             context.declare_env_global(module, context.get_env_name(self.descriptor))
-            self.code = context.declare_function(module, self.descriptor)
+            self.code = inner(context, module, self.descriptor)
             self.entry = self.code.append_basic_block("entry")
             self.builder = ir.IRBuilder(self.entry)
             self.builder.branch(start := self.block())
             self.builder.position_at_end(start)
-            given = context.get_arg_packer(arguments).nested(self.code.args[2:])
-            for name, kind, codes in zip(told.arg_names, arguments, given, strict=True):
-                if isinstance(kind, (types.Omitted, types.Optional)):
-                    raise NotUnderstood(f"argument {name}")
+            codes = iter(self.code.args[2:])
+            for name, kind in zip(told.arg_names, arguments, strict=True):
                 self.bind(name, self.argument(types.unliteral(kind), codes))
             self.statements(self.text.body)
             if not self.builder.block.is_terminated:
