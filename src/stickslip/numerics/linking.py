@@ -30,20 +30,7 @@ from stickslip.numerics.translation.statements import translate
 from stickslip.numerics.translation.values import NotUnderstood
 
 
-class _Library(JITCodeLibrary):
-    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
-        """As numba does, but for functions only that have code."""
-        module.data_layout = self._codegen._data_layout
-        for function in module.functions:
-            if not function.is_declaration:
-                try:
-                    passes, *builder = self._codegen._function_pass_manager()
-                except TypeError:  # it takes the module in numba 0.61
-                    return super()._optimize_functions(module)
-                passes.run(function, *builder)
-
-
-class _PartLibrary(_Library):
+class _PartLibrary(JITCodeLibrary):
     """Code of a kernel, as lowered, and of all that it calls: each by its hash, callees first."""
 
     def __init__(self, codegen: Any, codes: dict[str, bytes] | None = None) -> None:
@@ -60,6 +47,17 @@ class _PartLibrary(_Library):
         library._ensure_finalized()
         self._dynamic_globals += library._dynamic_globals
         self._codes.update(library.codes if isinstance(library, _PartLibrary) else _code(library))
+
+    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
+        """As numba does, but for functions only that have code."""
+        module.data_layout = self._codegen._data_layout
+        for function in module.functions:
+            if not function.is_declaration:
+                try:
+                    passes, *builder = self._codegen._function_pass_manager()
+                except TypeError:  # it takes the module in numba 0.61
+                    return super()._optimize_functions(module)
+                passes.run(function, *builder)
 
     def link_into(self, module: llvm.ModuleRef) -> None:
         """Add all code to a module that calls it."""
@@ -78,7 +76,7 @@ def _code(library: JITCodeLibrary) -> dict[str, bytes]:
     return {hashlib.sha256(code).hexdigest(): code}
 
 
-class _EntryLibrary(_Library):
+class _EntryLibrary(JITCodeLibrary):
     """Machine code of what Python calls: of its own, whatever other code the process has."""
 
     short_loops = False  # neither made vectors nor unrolled, which takes most of LLVM's time
@@ -86,6 +84,10 @@ class _EntryLibrary(_Library):
     def finalize_with(self, part: _PartLibrary) -> None:
         part.link_into(self._final_module)
         self.finalize()
+
+    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
+        """Leave the wrapper as it is: it is optimised with all that is linked in."""
+        module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
         # No copy of a part serves other machine code, whatever was loaded first (docs/notes/0008).

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator
-from functools import reduce
+from functools import cache, reduce
 from itertools import accumulate
 from typing import Any
 
@@ -54,18 +54,19 @@ def mangled(name: str, kinds: Any, *, abi_tags: Any = (), uid: Any = None) -> st
     return str(itanium_mangler.mangle(name, (), abi_tags=(told,), uid=uid))
 
 
-def carried(context: Any, kind: Any) -> list[Any]:
+@cache
+def carried(models: Any, kind: Any) -> Any:
     """Types of what kernels pass to kernels for a value, nested as the value is."""
     if kind is types.none:
-        return []
+        return ()
     if isinstance(kind, types.BaseTuple):
-        return [carried(context, each) for each in kind.types]
-    passed = context.data_model_manager[kind].get_argument_type()
+        return tuple(carried(models, each) for each in kind.types)
+    passed = models[kind].get_argument_type()
     if isinstance(kind, types.Array):
-        return list(_needed(kind, passed))
+        return _needed(kind, passed)
     if isinstance(passed, tuple):
         raise NotUnderstood(f"a {kind} as an argument")
-    return [passed]
+    return passed
 
 
 def _needed(kind: Any, fields: Any) -> tuple[Any, list[Any], list[Any]]:
@@ -83,17 +84,30 @@ def flat(codes: Any) -> Iterator[Any]:
             yield from flat(each)
 
 
+@cache
+def _first(context: Any, result: Any) -> Any:
+    """Declare a kernel without arguments: what numba says of places for results and errors."""
+    kind = context.call_conv.get_function_type(result, ())
+    function = ir.Function(ir.Module(), kind, "first")
+    context.call_conv.decorate_function(function, (), ())
+    return function
+
+
+@cache
+def _passed(models: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Types of all that kernels pass for some arguments."""
+    return tuple(flat([carried(models, kind) for kind in kinds]))
+
+
 def inner(context: Any, module: Any, told: Descriptor) -> Any:
     """Declare the function of a kernel in a module."""
     name = f"{told.mangled_name}.inner"
     if name in module.globals:
         return module.globals[name]
-    empty = ir.Function(ir.Module(), context.call_conv.get_function_type(told.restype, ()), name)
-    context.call_conv.decorate_function(empty, (), ())
-    first = empty.function_type
-    passed = flat([carried(context, kind) for kind in told.argtypes])
-    function = ir.Function(module, ir.FunctionType(first.return_type, [*first.args, *passed]), name)
-    for one, other in zip(function.args, empty.args, strict=False):
+    first = _first(context, told.restype)
+    kind, passed = first.function_type, _passed(context.data_model_manager, told.argtypes)
+    function = ir.Function(module, ir.FunctionType(kind.return_type, [*kind.args, *passed]), name)
+    for one, other in zip(function.args, first.args, strict=False):
         one.attributes = other.attributes
     if told.inline:
         function.attributes.add("alwaysinline")
@@ -143,7 +157,7 @@ class Codes:
         if isinstance(kind, types.BaseTuple):
             return [self.slot(each) for each in kind.types]
         if isinstance(kind, types.Array):
-            return self.room(carried(self.context, kind))
+            return self.room(carried(self.context.data_model_manager, kind))
         return self.room(self.context.get_value_type(kind))
 
     def store(self, value: Value, kind: Any, slot: Any) -> None:
@@ -261,7 +275,7 @@ class Codes:
             return Value(kind, parts=[self.argument(each, codes) for each in kind.types])
         if isinstance(kind, types.Array):
             array = Value(kind)
-            data, *axes = (next(codes) for _ in flat(carried(self.context, kind)))
+            data, *axes = (next(codes) for _ in _passed(self.context.data_model_manager, (kind,)))
             array.fields = data, axes[: kind.ndim], axes[kind.ndim :]
             return array
         return Value(kind, self.context.get_argument_value(self.builder, kind, next(codes)))
