@@ -8,10 +8,11 @@ emitted as a whole (docs/notes/0009).
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import importlib
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property
 from typing import Any, ClassVar
 
@@ -228,12 +229,28 @@ def _as_numba_calls(made: Any) -> Any:
     return made._replace(library=library)
 
 
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """Leave cycles of objects where they are for a while."""
+    collected = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collected:
+            gc.enable()
+
+
 class _EntryCompiler(_FunctionCompiler):
     def __init__(self, entry: Kernel) -> None:
         super().__init__(entry.py_func, entry.targetdescr, entry.targetoptions, {}, None)
         self._entry = entry
 
     def _compile_core(self, args: Any, result: Any) -> Any:
+        with _without_collector():  # it would go through half a million objects, again and again
+            return self._linked(args)
+
+    def _linked(self, args: Any) -> Any:
         made = self._entry.lowered(args)
         target, descriptor = made.target_context, made.fndesc
         library = _EntryLibrary(target.codegen(), descriptor.qualname)

@@ -33,7 +33,7 @@ def translate(function: Callable[..., Any], state: Any, called: Callable[..., An
     `called` gives the part of a kernel for some types, None of anything else.
     """
     text = text_of(function)
-    kinds = {"return": text.result}
+    kinds = {} if text.result is None else {"return": text.result}
     slots: dict[str, Any] = {}
     for _ in range(4 * (4 + function.__code__.co_nlocals)):
         try:
@@ -73,7 +73,7 @@ class Reader(Expressions):
             self.statements(self.text.body)
             if not self.builder.block.is_terminated:
                 self.give(known(types.none, None))
-            if self.returned != result:
+            if self.returned != self.kinds.get("return"):
                 self.kinds["return"] = self.returned
                 raise Again
             for block in self.code.blocks:
@@ -162,11 +162,15 @@ class Reader(Expressions):
         self.returned = (
             value.kind if self.returned is None else self.unified(self.returned, value.kind)
         )
-        result = self.kinds.get("return")
-        if result is None or self.typing.unify_pairs(result, value.kind) != result:
+        result = self.kinds.setdefault("return", self.returned)
+        if self.typing.unify_pairs(result, value.kind) != result:
             self.kinds["return"] = self.returned
             raise Again
-        self.put_result(result, value, self.code.args[0])
+        place = self.code.args[0]
+        if self.descriptor.restype != result:  # not known until now
+            self.descriptor.restype = result
+            place.type = self.context.call_conv.get_return_type(result)
+        self.put_result(result, value, place)
         self.builder.ret(RETCODE_OK)
 
     def do_If(self, node: ast.If) -> None:
