@@ -282,6 +282,11 @@ class Kernel(CPUDispatcher):
         self._outside: list[Any] = []  # machine code lives as long as this
         self._cache: Any = kernel_cache.KernelCache(function, folder)
 
+    def compile(self, sig: Any) -> Any:
+        """Compile for some types, unless another process does."""
+        with self._cache.turn(sig, self.targetctx):
+            return super().compile(sig)
+
     @cached_property
     def part(self) -> Any:
         """What kernels call; made when one does, or when this is compiled."""
