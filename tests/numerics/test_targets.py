@@ -9,6 +9,7 @@ import textwrap
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -698,10 +699,10 @@ def test_processes_that_need_the_same_kernel_compile_it_once(tmp_path):
     command = [sys.executable, "-c", textwrap.dedent(code)]
     there = os.environ | {"STICKSLIP_CACHE_DIR": str(tmp_path)}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": there}
-    several = [subprocess.Popen(command, **pipes) for _ in range(3)]
-    for each in several:
-        assert each.stdout.readline() == "ready\n"
-    for each in several:
-        each.stdin.close()
-    assert sum(int(each.stdout.read()) for each in several) == 1
-    assert [each.wait() for each in several] == [0, 0, 0]
+    with ExitStack() as started:
+        several = [started.enter_context(subprocess.Popen(command, **pipes)) for _ in range(3)]
+        for each in several:
+            assert each.stdout.readline() == "ready\n"
+        for each in several:
+            each.stdin.close()
+        assert sum(int(each.stdout.read()) for each in several) == 1
