@@ -231,7 +231,7 @@ def _as_numba_calls(made: Any) -> Any:
 
 @contextmanager
 def _without_collector() -> Iterator[None]:
-    """Leave cycles of objects where they are for a while."""
+    """Collect no cycles of objects: the code of kernels is half a million that are needed."""
     collected = gc.isenabled()
     gc.disable()
     try:
@@ -246,11 +246,8 @@ class _EntryCompiler(_FunctionCompiler):
         super().__init__(entry.py_func, entry.targetdescr, entry.targetoptions, {}, None)
         self._entry = entry
 
+    @_without_collector()
     def _compile_core(self, args: Any, result: Any) -> Any:
-        with _without_collector():  # it would go through half a million objects, again and again
-            return self._linked(args)
-
-    def _linked(self, args: Any) -> Any:
         made = self._entry.lowered(args)
         target, descriptor = made.target_context, made.fndesc
         library = _EntryLibrary(target.codegen(), descriptor.qualname)
