@@ -30,6 +30,10 @@ from stickslip.numerics.translation.codes import Descriptor, around
 from stickslip.numerics.translation.statements import translate
 from stickslip.numerics.translation.values import NotUnderstood
 
+# LLVM's 250, and what five numbers count: kernels pass so many less for an array than numba does,
+# and long laws of one's own are a seventh slower without what was taken in because of them.
+INLINED = 275
+
 
 class _PartLibrary(JITCodeLibrary):
     """Code of a kernel, as lowered, and of all that it calls: each by its hash, callees first."""
@@ -98,10 +102,11 @@ class _EntryLibrary(JITCodeLibrary):
         # One pass over all: numba makes two, for counted references, and there are none.
         made = self._codegen._module_pass_manager()
         manager, *builder = made if isinstance(made, tuple) else [made]  # alone in numba 0.61
-        if builder and self.short_loops:
+        if builder:
             tuned = llvm.create_pipeline_tuning_options(speed_level=3)
             tuned.slp_vectorization = True
-            tuned.loop_vectorization = tuned.loop_unrolling = False
+            tuned.loop_vectorization = tuned.loop_unrolling = not self.short_loops
+            tuned.inlining_threshold = INLINED
             builder = [llvm.create_pass_builder(self._codegen._tm, tuned)]
             manager = builder[0].getModulePassManager()
         manager.run(self._final_module, *builder)
