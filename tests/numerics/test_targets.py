@@ -9,6 +9,7 @@ import textwrap
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -683,3 +684,25 @@ def test_the_cache_folder_depends_on_what_kernels_are_made_of(tmp_path):
         "numerics/vector.py",
     } <= inside
     assert not any(name.startswith(("plot", "study", "studies", "cli")) for name in inside)
+
+
+@pytest.mark.skipif(kernel_cache.fcntl is None, reason="no locks of files")
+def test_processes_that_need_the_same_kernel_compile_it_once(tmp_path):
+    code = """
+        import sys
+        from stickslip.numerics.roots import safe_step
+        print("ready", flush=True)
+        sys.stdin.read()
+        safe_step(0.5, -0.5, 0.0, 0.0, 0.0, 9.0)
+        print(sum(safe_step.stats.cache_misses.values()))
+    """
+    command = [sys.executable, "-c", textwrap.dedent(code)]
+    there = os.environ | {"STICKSLIP_CACHE_DIR": str(tmp_path)}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": there}
+    with ExitStack() as started:
+        several = [started.enter_context(subprocess.Popen(command, **pipes)) for _ in range(3)]
+        for each in several:
+            assert each.stdout.readline() == "ready\n"
+        for each in several:
+            each.stdin.close()
+        assert sum(int(each.stdout.read()) for each in several) == 1

@@ -170,7 +170,7 @@ def test_tuples_choices_and_absent_parts(left_to_numba):
 def test_what_is_not_understood_is_left_to_numba(left_to_numba):
     @kernel_uncached
     def powers(x):
-        return x**2
+        return x**3
 
     @kernel_uncached
     def factorial(n):
@@ -178,9 +178,91 @@ def test_what_is_not_understood_is_left_to_numba(left_to_numba):
             return 1
         return n * factorial(n - 1)
 
-    assert powers(3.0) == 9.0
+    assert powers(3.0) == 27.0
     assert factorial(5) == 120
     assert left_to_numba == ["powers", "factorial"]
+
+
+def described(pair, nothing, flags, rest):
+    """All that is known of arrays, after they went through a tuple."""
+    total = pair.rows[0, 1] + pair.low
+    for i in range(pair.rows.shape[0]):
+        for k in range(pair.rows.shape[1]):
+            total = 2.0 * total + pair.rows[i, k]
+    part = pair.rows[1:, 1]
+    whole = pair.rows[1]
+    return total, pair.rows.size, part[-1], whole[-1], part.size, nothing is None and flags[1], rest
+
+
+def through_names(pair, other, nothing, flags):
+    """Names of several tuples, one after the other and by turns."""
+    current, scale = pair, (1.0, 2)
+    result = described(current, nothing, flags, ())[0]
+    for i in range(3):
+        if i == 1:
+            current = other
+            scale = (3.5, i)
+        elif i == 2:
+            current = Pair(current.low + scale[0], current.rows)
+        chosen = pair if i == 0 else current
+        found = described(chosen, nothing, flags, scale)
+        result += found[0] * scale[0] + found[1] + found[2] + found[6][1]
+    return result, described(current, nothing, flags, ())[0]
+
+
+@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        np.arange(12.0).reshape(3, 4),
+        np.asfortranarray(np.arange(12.0).reshape(3, 4)),
+        np.arange(48.0).reshape(6, 8)[::2, 1::2],
+        np.arange(6, dtype=np.int8).reshape(2, 3),
+    ],
+    ids=["C", "F", "A", "bytes"],
+)
+def test_arrays_and_tuples_arrive_as_they_were_sent(both, rows, left_to_numba, monkeypatch):
+    flags = np.array([False, True])
+    arguments = Pair(0.5, rows), Pair(-2.0, rows), None, flags
+    kernel = kernel_uncached(through_names)
+    expected = through_names(*arguments)
+    monkeypatch.setitem(through_names.__globals__, "described", kernel_uncached(described))
+    if both:  # one of the two by numba
+        taken = linking.translate
+
+        def refused(function, *given):
+            if function is described:
+                raise NotUnderstood("for the test")
+            return taken(function, *given)
+
+        monkeypatch.setattr(linking, "translate", refused)
+    assert kernel(*arguments) == expected
+    assert not left_to_numba
+
+
+def test_numba_calls_what_is_translated(left_to_numba, monkeypatch):
+    @kernel_uncached
+    def inside(pair, flag):
+        return (pair.rows[1], pair.low) if flag else (0.0, pair.low)
+
+    @kernel_uncached
+    def outside(pair, n):
+        found = inside(pair, n > 2)
+        return found[0] + found[1] ** n
+
+    pair = Pair(3.0, np.array([1.0, 5.0]))
+    assert outside(pair, 3) == 32.0
+    assert outside(pair, 2) == 9.0
+    assert left_to_numba == ["outside"]
+
+
+def test_squares_and_powers(left_to_numba):
+    @kernel_uncached
+    def powers(x, y):
+        return x**2, x ** (1.0 / 3.0), x**y
+
+    assert powers(1.1, 0.3) == (1.1 * 1.1, 1.1 ** (1.0 / 3.0), 1.1**0.3)
+    assert not left_to_numba
 
 
 def test_generated_kernels_are_understood(left_to_numba):

@@ -7,6 +7,7 @@ Numba's own cache serves stale code when a callee in another file changes (numba
 from __future__ import annotations
 
 import hashlib
+import importlib
 import os
 import pickle
 import re
@@ -16,7 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cache
 from pathlib import Path
 from types import CodeType
@@ -28,6 +29,12 @@ from numba.core import caching, compiler
 from numba.core.serialize import dumps
 
 from stickslip.files import whole_file
+
+fcntl: Any
+try:
+    fcntl = importlib.import_module("fcntl")
+except ImportError:  # on Windows
+    fcntl = None
 
 config: Any = numba.config
 
@@ -101,7 +108,7 @@ def _private_and_writable(folder: Path) -> bool:
     try:
         for level in reversed((folder, *folder.parents)):
             if not level.exists():
-                level.mkdir(0o700)
+                level.mkdir(0o700, exist_ok=True)  # another process may be as far
             if hasattr(os, "getuid") and not _guarded(level.lstat(), last=level == folder):
                 return False
         folder.chmod(0o700)
@@ -174,11 +181,15 @@ def _seal(name: str, content: bytes) -> bytes:
     return SEAL % hashlib.sha256(name.encode() + b"\0" + content).hexdigest().encode()
 
 
+def _roots() -> list[Path]:
+    return [root for root in (cache_root(), prepared_root()) if root is not None]
+
+
 def _read(name: str) -> bytes | None:
     """Content of a file of the cache or of the package; None if no sound one is there."""
-    for root in (cache_root(), prepared_root()):
+    for root in _roots():
         try:
-            sealed = b"" if root is None else (root / name).read_bytes()
+            sealed = (root / name).read_bytes()
         except FileNotFoundError:
             continue
         except OSError:
@@ -186,8 +197,7 @@ def _read(name: str) -> bytes | None:
         content = sealed[: -len(SEAL) - 62]
         if content and sealed == content + _seal(name, content):
             return content
-        if root is not None:
-            tell("damaged", f"damaged in the kernel cache, made again: {Path(name).name}")
+        tell("damaged", f"damaged in the kernel cache, made again: {Path(name).name}")
     return None
 
 
@@ -274,10 +284,8 @@ class KernelCache(caching.NullCache):
         # Numba's own caches have the target refreshed here, which loads all that a compiler needs.
         if not self._enabled:
             return None
-        machine = target.codegen().magic_tuple()
-        levels = ((machine[0], level, "") for level in prepared_levels())
-        for known in (machine, *levels):
-            content = _read(self._file(sig, known))
+        for name in self._files(sig, target):
+            content = _read(name)
             if content is not None:
                 return self.rebuild(target, pickle.loads(content))
         return None
@@ -287,9 +295,36 @@ class KernelCache(caching.NullCache):
         if self._enabled and not made.library.has_dynamic_globals:
             _write(self._file(sig, made.codegen.magic_tuple()), dumps(self.reduce(made)))
 
+    def _has(self, sig: Any, target: Any) -> bool:
+        names = self._files(sig, target)
+        return any((root / name).exists() for root in _roots() for name in names)
+
+    def _files(self, sig: Any, target: Any) -> list[str]:
+        """Names of what may be kept of a signature: for this machine, and for its levels."""
+        machine = target.codegen().magic_tuple()
+        levels = ((machine[0], level, "") for level in prepared_levels())
+        return [self._file(sig, known) for known in (machine, *levels)]
+
     def _file(self, sig: Any, machine: tuple[str, str, str]) -> str:
         name = hashlib.sha256(repr((self._function, sig, machine)).encode()).hexdigest()[:16]
         return f"{self._name}-{name}.nbc"
+
+    @contextmanager
+    def turn(self, sig: Any, target: Any) -> Iterator[None]:
+        """Wait while other processes compile kernels of this folder, unless there is no need to."""
+        root = cache_root()
+        with ExitStack() as held:
+            if fcntl is None or root is None or not self._enabled or self._has(sig, target):
+                yield
+                return
+            with _dispensable():
+                folder = (root / self._name).parent
+                folder.mkdir(parents=True, exist_ok=True)
+                opened = os.open(folder, os.O_RDONLY)
+                held.callback(os.close, opened)
+                fcntl.flock(opened, fcntl.LOCK_EX)
+                held.callback(fcntl.flock, opened, fcntl.LOCK_UN)  # of what a fork holds, too
+            yield
 
     def reduce(self, made: Any) -> Any:
         """Take apart what was compiled, for a file."""

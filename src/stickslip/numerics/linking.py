@@ -8,10 +8,11 @@ emitted as a whole (docs/notes/0009).
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import importlib
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property
 from typing import Any, ClassVar
 
@@ -25,24 +26,16 @@ from numba.core.environment import Environment
 from numba.core.registry import CPUDispatcher
 
 from stickslip.numerics import kernel_cache
+from stickslip.numerics.translation.codes import Descriptor, around
 from stickslip.numerics.translation.statements import translate
 from stickslip.numerics.translation.values import NotUnderstood
 
-
-class _Library(JITCodeLibrary):
-    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
-        """As numba does, but for functions only that have code."""
-        module.data_layout = self._codegen._data_layout
-        for function in module.functions:
-            if not function.is_declaration:
-                try:
-                    passes, *builder = self._codegen._function_pass_manager()
-                except TypeError:  # it takes the module in numba 0.61
-                    return super()._optimize_functions(module)
-                passes.run(function, *builder)
+# LLVM's 250, and what five numbers count: kernels pass so many less for an array than numba does,
+# and long laws of one's own are a seventh slower without what was taken in because of them.
+INLINED = 275
 
 
-class _PartLibrary(_Library):
+class _PartLibrary(JITCodeLibrary):
     """Code of a kernel, as lowered, and of all that it calls: each by its hash, callees first."""
 
     def __init__(self, codegen: Any, codes: dict[str, bytes] | None = None) -> None:
@@ -59,6 +52,17 @@ class _PartLibrary(_Library):
         library._ensure_finalized()
         self._dynamic_globals += library._dynamic_globals
         self._codes.update(library.codes if isinstance(library, _PartLibrary) else _code(library))
+
+    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
+        """As numba does, but for functions only that have code."""
+        module.data_layout = self._codegen._data_layout
+        for function in module.functions:
+            if not function.is_declaration:
+                try:
+                    passes, *builder = self._codegen._function_pass_manager()
+                except TypeError:  # it takes the module in numba 0.61
+                    return super()._optimize_functions(module)
+                passes.run(function, *builder)
 
     def link_into(self, module: llvm.ModuleRef) -> None:
         """Add all code to a module that calls it."""
@@ -77,7 +81,7 @@ def _code(library: JITCodeLibrary) -> dict[str, bytes]:
     return {hashlib.sha256(code).hexdigest(): code}
 
 
-class _EntryLibrary(_Library):
+class _EntryLibrary(JITCodeLibrary):
     """Machine code of what Python calls: of its own, whatever other code the process has."""
 
     short_loops = False  # neither made vectors nor unrolled, which takes most of LLVM's time
@@ -85,6 +89,10 @@ class _EntryLibrary(_Library):
     def finalize_with(self, part: _PartLibrary) -> None:
         part.link_into(self._final_module)
         self.finalize()
+
+    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
+        """Leave the wrapper as it is: it is optimised with all that is linked in."""
+        module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
         # No copy of a part serves other machine code, whatever was loaded first (docs/notes/0008).
@@ -94,10 +102,11 @@ class _EntryLibrary(_Library):
         # One pass over all: numba makes two, for counted references, and there are none.
         made = self._codegen._module_pass_manager()
         manager, *builder = made if isinstance(made, tuple) else [made]  # alone in numba 0.61
-        if builder and self.short_loops:
+        if builder:
             tuned = llvm.create_pipeline_tuning_options(speed_level=3)
             tuned.slp_vectorization = True
-            tuned.loop_vectorization = tuned.loop_unrolling = False
+            tuned.loop_vectorization = tuned.loop_unrolling = not self.short_loops
+            tuned.inlining_threshold = INLINED
             builder = [llvm.create_pass_builder(self._codegen._tm, tuned)]
             manager = builder[0].getModulePassManager()
         manager.run(self._final_module, *builder)
@@ -145,14 +154,13 @@ _open: list[Callable[..., Any]] = []  # kernels that wait for those that they ca
 
 
 def _called(thing: Any, kinds: tuple[Any, ...]) -> Any:
-    """Type and signature of the part of a kernel; None of anything else."""
+    """Part of a kernel, compiled for some types; None of anything else."""
     if not isinstance(thing, Kernel):
         return None
     if thing.py_func in _open:
         raise NotUnderstood("recursion")
-    part = thing.part
-    part.compile(kinds)
-    return types.Dispatcher(part), part.overloads[kinds].signature
+    thing.part.compile(kinds)
+    return thing.part.overloads[kinds]
 
 
 def _result(target: Any, signature: Any, descriptor: Any, library: Any, entry: Any) -> Any:
@@ -204,10 +212,38 @@ class _Part(CPUDispatcher):
         self._cache: Any = _PartCache(entry.py_func, entry.folder)
 
     def add_overload(self, made: Any) -> None:
-        if made.entry_point is None:
-            made = made._replace(entry_point=object())
-            made.target_context.insert_user_function(made.entry_point, made.fndesc, [made.library])
         self.overloads[tuple(made.signature.args)] = made
+
+    def get_overload(self, args: Any) -> Any:
+        """Name by which kernels that numba compiles call this one."""
+        made = _as_numba_calls(self.overloads[tuple(args)])
+        name = object()
+        made.target_context.insert_user_function(name, made.fndesc, [made.library])
+        return name
+
+
+def _as_numba_calls(made: Any) -> Any:
+    """Add to a translated part the function that numba calls."""
+    target, library = made.target_context, made.library
+    if isinstance(made.fndesc, Descriptor):
+        library = _PartLibrary(target.codegen())
+        module = library.create_ir_module("around")
+        around(target, module, made.fndesc)
+        library.add_linking_library(made.library)
+        library.add_ir_module(module)
+    return made._replace(library=library)
+
+
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """Collect no cycles of objects: the code of kernels is half a million that are needed."""
+    collected = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collected:
+            gc.enable()
 
 
 class _EntryCompiler(_FunctionCompiler):
@@ -215,6 +251,7 @@ class _EntryCompiler(_FunctionCompiler):
         super().__init__(entry.py_func, entry.targetdescr, entry.targetoptions, {}, None)
         self._entry = entry
 
+    @_without_collector()
     def _compile_core(self, args: Any, result: Any) -> Any:
         made = self._entry.lowered(args)
         target, descriptor = made.target_context, made.fndesc
@@ -247,18 +284,23 @@ class Kernel(CPUDispatcher):
         self._outside: list[Any] = []  # machine code lives as long as this
         self._cache: Any = kernel_cache.KernelCache(function, folder)
 
+    def compile(self, sig: Any) -> Any:
+        """Compile for some types, unless another process does."""
+        with self._cache.turn(sig, self.targetctx):
+            return super().compile(sig)
+
     @cached_property
     def part(self) -> Any:
         """What kernels call; made when one does, or when this is compiled."""
         return _Part(self)
 
     def lowered(self, args: tuple[Any, ...]) -> Any:
-        """Its part for some types, typed and lowered."""
+        """Its part for some types, typed and lowered, as numba calls it."""
         with global_compiler_lock:
             _believe_in_blas()
             self.targetctx.refresh()  # not before: what was compiled runs without it
         self.part.compile(args)
-        return self.part.overloads[args]
+        return _as_numba_calls(self.part.overloads[args])
 
     @property
     def _numba_type_(self) -> Any:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
+from stickslip.numerics.translation.codes import WORD, Codes
 from stickslip.numerics.translation.text import Text
 from stickslip.numerics.translation.values import (
     NotUnderstood,
@@ -32,6 +33,7 @@ BINARY = {
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
     ast.LShift: operator.lshift,
     ast.RShift: operator.rshift,
     ast.BitAnd: operator.and_,
@@ -62,21 +64,18 @@ SIGNS = {
     operator.gt: ">",
     operator.ge: ">=",
 }
-# Of numba's arrays.
-N_ITEMS, DATA, SHAPE, STRIDES = 2, 4, 5, 6
 # What may be evaluated though Python would not: without effect, and no index out of an array.
 HARMLESS = (
     ast.Name, ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp, ast.Attribute, ast.expr_context,
     ast.cmpop, ast.boolop, ast.unaryop, ast.BinOp, ast.Add, ast.Sub, ast.Mult,
 )  # fmt: skip
-WORD = ir.IntType(64)
 
 
 class Again(Exception):
     """A name or the result turned out to be of another kind: the kernel is read again."""
 
 
-class Expressions:
+class Expressions(Codes):
     """Reads expressions of one kernel and writes their code."""
 
     def __init__(
@@ -88,20 +87,16 @@ class Expressions:
         slots: dict[str, Any],
         kinds: dict[str, Any],
     ) -> None:
-        self.function, self.text, self.state, self.called = function, text, state, called
-        self.context, self.typing = state.targetctx, state.typingctx
+        super().__init__(state.targetctx, called)
+        self.function, self.text, self.state = function, text, state
+        self.typing = state.typingctx
         self.slots, self.kinds = slots, kinds  # what earlier readings have found
         self.names: dict[str, Value] = {}
         self.places: dict[str, Any] = {}  # of slots
-        self.builder: Any = None
-        self.code: Any = None
-        self.entry: Any = None
-        self.arrived: Any = None  # block in which the arguments are there
         self.loops: list[tuple[Any, Any]] = []
         self.left: list[Any] = []  # blocks after a loop, by a break
         self.returned: Any = None
         self.scopes: list[list[str]] = [[]]
-        self.extracted: dict[tuple[Any, int], Any] = {}
         cells = function.__closure__ or ()
         self.outside = {
             **vars(builtins),
@@ -112,49 +107,6 @@ class Expressions:
             },
         }
         self.counts, self.used = text.counts, text.used
-
-    # --- code
-
-    def block(self) -> Any:
-        """Begin a block of code."""
-        return self.code.append_basic_block()
-
-    def slot(self, kind: Any) -> Any:
-        """Place for a value, on the stack."""
-        with self.builder.goto_block(self.entry):
-            return self.builder.alloca(self.context.get_value_type(kind))
-
-    def code_of(self, value: Value) -> Any:
-        """Code of a value: of a known one a constant."""
-        if value.given is not None:
-            return value.given
-        if value.parts is not None:
-            if value.made is None or value.made[0] is not self.builder.block:
-                codes = [self.code_of(each) for each in value.parts]
-                made = self.context.make_tuple(self.builder, value.kind, codes)
-                value.made = self.builder.block, made
-            return value.made[1]
-        if value.kind is types.none:
-            return self.context.get_dummy_value()
-        if value.known and value.kind is not None:
-            return self.constant(value)
-        raise NotUnderstood("an object as a value")
-
-    def constant(self, value: Value) -> Any:
-        """Code of a known number or array."""
-        kind, thing = value.kind, value.object
-        if kind in (types.float64, types.int64, types.uint64, types.boolean):
-            number = thing.item() if isinstance(thing, np.generic) else thing
-            return ir.Constant(self.context.get_value_type(kind), number)
-        return self.context.get_constant_generic(self.builder, kind, thing)
-
-    def cast(self, value: Value, kind: Any) -> Any:
-        """Code of a value as another type."""
-        if value.kind == kind:
-            return self.code_of(value)
-        if value.known and kind == types.float64 and isinstance(value.object, (int, float)):
-            return ir.Constant(ir.DoubleType(), float(value.object))
-        return self.context.cast(self.builder, self.code_of(value), value.kind, kind)
 
     # --- names ----------------------------------------------------------------------------------
 
@@ -175,14 +127,26 @@ class Expressions:
             raise Again  # what was written took it for something else
         if name not in self.places:
             self.places[name] = self.slot(unified)
-        self.builder.store(self.cast(value, unified), self.places[name])
+        self.store(value, unified, self.places[name])
+
+    def held(self, node: ast.expr) -> Any:
+        """Type and slot of a name, or of a field of it; None if it has none."""
+        if isinstance(node, ast.Name) and node.id in self.places and node.id not in self.names:
+            return self.slots[node.id], self.places[node.id]
+        if isinstance(node, ast.Attribute):
+            whole = self.held(node.value)
+            fields = getattr(whole[0], "fields", ()) if whole else ()
+            if node.attr in fields:
+                k = fields.index(node.attr)
+                return whole[0].types[k], whole[1][k]
+        return None
 
     def lookup(self, name: str) -> Value:
         """Find what a name holds."""
         if name in self.names:
             return self.names[name]
         if name in self.places:
-            return Value(self.slots[name], self.builder.load(self.places[name]))
+            return self.load(self.slots[name], self.places[name])
         if name in self.counts:
             if name in self.slots:
                 if self.slots[name] is None:
@@ -332,10 +296,13 @@ class Expressions:
 
     def of_BinOp(self, node: ast.BinOp) -> Value:
         """Write the code of an expression."""
+        one, other = self.value(node.left), self.value(node.right)
+        if isinstance(node.op, ast.Pow) and isinstance(other.kind, types.Integer):
+            if other.object != 2 or one.kind != types.float64:  # a square is a product for numba
+                return self.unknown(node)
+            return self.operation(operator.mul, one, one)
         by = BINARY.get(type(node.op))
-        if by is None:
-            return self.unknown(node)
-        return self.operation(by, self.value(node.left), self.value(node.right))
+        return self.unknown(node) if by is None else self.operation(by, one, other)
 
     def of_UnaryOp(self, node: ast.UnaryOp) -> Value:
         """Write the code of an expression."""
@@ -467,6 +434,9 @@ class Expressions:
 
     def of_Attribute(self, node: ast.Attribute) -> Value:
         """Write the code of an expression."""
+        held = self.held(node)
+        if held is not None:
+            return self.load(*held)
         value, name = self.value(node.value), node.attr
         if value.kind is None:
             if isinstance(value.object, ModuleType):
@@ -481,43 +451,16 @@ class Expressions:
             if name == "ndim":
                 return self.thing(kind.ndim)
             if name == "size":
-                return natural(self.extract(value, N_ITEMS))
+                return natural(self.count_of(value))
             if name == "shape":
-                shape = self.extract(value, SHAPE)
-                return self.joint([natural(self.within(value, shape, k)) for k in range(kind.ndim)])
+                return self.joint([natural(code) for code in self.fields_of(value)[1]])
         return self.unknown(node)
-
-    def extract(self, value: Value, place: int) -> Any:
-        """Part of the code of a value; of an argument written once, where the kernel begins."""
-        return self.within(value, self.code_of(value), place)
-
-    def within(self, value: Value, code: Any, place: int) -> Any:
-        """As `extract`, of a value's part."""
-        if not value.fixed:
-            return self.builder.extract_value(code, place)
-        key = (code, place)
-        if key not in self.extracted:
-            with self.builder.goto_block(self.arrived):
-                self.extracted[key] = self.builder.extract_value(code, place)
-        return self.extracted[key]
-
-    def part(self, value: Value, place: int) -> Value:
-        """Part of a tuple."""
-        if value.parts is not None:
-            return value.parts[place]
-        kind = value.kind.types[place]
-        if kind is types.none:
-            return known(kind, None)
-        made = Value(kind, self.extract(value, place))
-        made.fixed = value.fixed
-        return made
 
     def parts_of(self, value: Value, n: int | None = None) -> list[Value]:
         """Parts of a tuple, or that many elements of an array."""
         if isinstance(value.kind, types.BaseTuple):
-            parts = [self.part(value, k) for k in range(len(value.kind.types))]
-            if n in (None, len(parts)):
-                return parts
+            if n in (None, len(value.kind.types)):
+                return self.tuple_parts(value)
         elif isinstance(value.kind, types.Array) and value.kind.ndim == 1 and n is not None:
             places = (self.element(value, [self.thing(k)]) for k in range(n))
             return [self.get(value, place) for place in places]
@@ -548,8 +491,7 @@ class Expressions:
         if isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
             array, (axis,) = self.value(node.value.value), self.index(node.slice)
             if isinstance(array.kind, types.Array) and axis.known:
-                code = self.within(array, self.extract(array, SHAPE), axis.object)
-                return natural(code)
+                return natural(self.fields_of(array)[1][axis.object])
         value, index = self.value(node.value), self.index(node.slice)
         if isinstance(value.kind, types.BaseTuple):
             (place,) = index
@@ -581,23 +523,21 @@ class Expressions:
             return None
         if not isinstance(kind.dtype, (types.Number, types.Boolean)):
             return None
-        data = self.extract(array, DATA)
-        shape = self.extract(array, SHAPE) if kind.ndim > 1 or not _natural(index) else None
-        codes = [self.inside(array, shape, axis, each) for axis, each in enumerate(index)]
+        data, shape, strides = self.fields_of(array)
+        codes = [self.inside(size, each) for size, each in zip(shape, index, strict=True)]
         if kind.layout == "C":
             at = codes[0]
             for axis in range(1, kind.ndim):
-                at = builder.add(builder.mul(at, self.within(array, shape, axis)), codes[axis])
+                at = builder.add(builder.mul(at, shape[axis]), codes[axis])
             return builder.gep(data, [at])
-        strides = self.extract(array, STRIDES)
         at = None
-        for axis, code in enumerate(codes):
-            one = builder.mul(code, self.within(array, strides, axis))
+        for code, stride in zip(codes, strides, strict=True):
+            one = builder.mul(code, stride)
             at = one if at is None else builder.add(at, one)
         bytes_ = builder.bitcast(data, ir.IntType(8).as_pointer())
         return builder.bitcast(builder.gep(bytes_, [at]), data.type)
 
-    def inside(self, array: Value, shape: Any, axis: int, index: Value) -> Any:
+    def inside(self, size: Any, index: Value) -> Any:
         """Code of an index that counts from the beginning."""
         builder = self.builder
         if not index.kind.signed:
@@ -606,8 +546,7 @@ class Expressions:
         if index.natural:
             return code
         if index.known:
-            return builder.add(self.within(array, shape, axis), code)
-        size = self.within(array, shape, axis)
+            return builder.add(size, code)
         negative = builder.icmp_signed("<", code, ir.Constant(WORD, 0))
         return builder.select(negative, builder.add(code, size), code)
 
@@ -692,12 +631,11 @@ class Expressions:
             raise NotUnderstood("an object as an argument")
         part = self.called(thing, kinds)
         if part is not None:
-            function, sig = part
-        else:
-            function = self.typing.resolve_value_type(thing)
-            sig = self.typing.resolve_function_type(function, kinds, {})
-            if sig is None:
-                raise NotUnderstood(f"{thing} of {kinds}")
+            return self.result_of(part, values)
+        function = self.typing.resolve_value_type(thing)
+        sig = self.typing.resolve_function_type(function, kinds, {})
+        if sig is None:
+            raise NotUnderstood(f"{thing} of {kinds}")
         wanted = list(sig.args)
         if wanted and isinstance(wanted[-1], types.StarArgTuple):
             split = len(wanted) - 1
@@ -710,7 +648,7 @@ class Expressions:
         kind = sig.return_type
         if isinstance(kind, (types.Optional, types.Literal)):
             raise NotUnderstood(f"result of {thing}")
-        return known(kind, None) if kind is types.none else Value(kind, code)
+        return known(kind, None) if kind is types.none else self.spread(Value(kind, code))
 
 
 def _harmless(node: ast.expr) -> bool:
@@ -726,10 +664,6 @@ def _simple(node: ast.expr) -> bool:
     while isinstance(node, ast.Attribute):
         node = node.value
     return isinstance(node, (ast.Name, ast.Constant))
-
-
-def _natural(index: list[Value]) -> bool:
-    return all(each.natural or not each.kind.signed for each in index)
 
 
 def _folded(by: Any, numbers: list[Any]) -> Any:

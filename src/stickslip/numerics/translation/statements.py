@@ -12,17 +12,16 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable
-from functools import cache, partial
 from typing import Any
 
 from llvmlite import ir
 from numba.core import errors
 from numba.core.bytecode import FunctionIdentity
-from numba.core.datamodel.packer import ArgPacker
+from numba.core.callconv import RETCODE_OK
 from numba.core.fastmathpass import rewrite_module
-from numba.core.funcdesc import PythonFunctionDescriptor
 from numba.core.targetconfig import ConfigStack
 
+from stickslip.numerics.translation.codes import Descriptor, inner
 from stickslip.numerics.translation.expressions import BINARY, Again, Expressions
 from stickslip.numerics.translation.text import text_of
 from stickslip.numerics.translation.values import NotUnderstood, Value, known, types
@@ -34,7 +33,7 @@ def translate(function: Callable[..., Any], state: Any, called: Callable[..., An
     `called` gives the part of a kernel for some types, None of anything else.
     """
     text = text_of(function)
-    kinds = {"return": text.result}
+    kinds = {} if text.result is None else {"return": text.result}
     slots: dict[str, Any] = {}
     for _ in range(4 * (4 + function.__code__.co_nlocals)):
         try:
@@ -44,12 +43,6 @@ def translate(function: Callable[..., Any], state: Any, called: Callable[..., An
         except (errors.NumbaError, NotImplementedError, RecursionError) as error:
             raise NotUnderstood(str(error)) from error
     raise NotUnderstood("its types do not settle")
-
-
-@cache
-def _packer(models: Any, kinds: tuple[Any, ...]) -> Any:
-    """Numba's, which it makes anew for each call of a kernel: arguments are many."""
-    return ArgPacker(models, kinds)
 
 
 class Reader(Expressions):
@@ -63,48 +56,24 @@ class Reader(Expressions):
         result = self.kinds.get("return")
         told = FunctionIdentity.from_function(self.function)
         flags, arguments = state.flags, tuple(state.args)
-        self.descriptor = PythonFunctionDescriptor(
-            True,
-            self.function.__module__,
-            told.func_qualname,
-            told.unique_name,
-            "",
-            None,
-            result or types.none,
-            None,
-            tuple(told.arg_names),
-            (),
-            mangler=context.mangler,
-            argtypes=arguments,
-            inline=flags.forceinline,
-            noalias=flags.noalias,
-            abi_tags=[flags.get_mangle_string()],
-            uid=told.unique_id,
-        )
-        context.get_arg_packer = partial(_packer, context.data_model_manager)
+        if any(isinstance(kind, (types.Omitted, types.Optional)) for kind in arguments):
+            raise NotUnderstood("an argument that may be missing")
+        self.descriptor = Descriptor(told, state, result or types.none)
         with ConfigStack().enter(flags.copy()), context.push_code_library(state.library):
             module = state.library.create_ir_module(told.unique_name)
             context.declare_env_global(module, context.get_env_name(self.descriptor))
-            self.code = context.declare_function(module, self.descriptor)
+            self.code = inner(context, module, self.descriptor)
             self.entry = self.code.append_basic_block("entry")
             self.builder = ir.IRBuilder(self.entry)
-            self.builder.branch(decoding := self.block())
-            self.builder.position_at_end(decoding)
-            given = context.call_conv.decode_arguments(self.builder, arguments, self.code)
-            self.arrived, start = self.builder.block, self.block()
-            self.builder.branch(start)
+            self.builder.branch(start := self.block())
             self.builder.position_at_end(start)
-            for name, kind, code in zip(told.arg_names, arguments, given, strict=True):
-                if isinstance(kind, (types.Omitted, types.Optional)):
-                    raise NotUnderstood(f"argument {name}")
-                value = Value(types.unliteral(kind), code)
-                value.known = kind is types.none
-                value.given, value.fixed = code, True
-                self.bind(name, value)
+            codes = iter(self.code.args[2:])
+            for name, kind in zip(told.arg_names, arguments, strict=True):
+                self.bind(name, self.argument(types.unliteral(kind), codes))
             self.statements(self.text.body)
             if not self.builder.block.is_terminated:
                 self.give(known(types.none, None))
-            if self.returned != result:
+            if self.returned != self.kinds.get("return"):
                 self.kinds["return"] = self.returned
                 raise Again
             for block in self.code.blocks:
@@ -193,12 +162,16 @@ class Reader(Expressions):
         self.returned = (
             value.kind if self.returned is None else self.unified(self.returned, value.kind)
         )
-        result = self.kinds.get("return")
-        if result is None or self.typing.unify_pairs(result, value.kind) != result:
+        result = self.kinds.setdefault("return", self.returned)
+        if self.typing.unify_pairs(result, value.kind) != result:
             self.kinds["return"] = self.returned
             raise Again
-        code = self.context.get_return_value(self.builder, result, self.cast(value, result))
-        self.context.call_conv.return_value(self.builder, code)
+        place = self.code.args[0]
+        if self.descriptor.restype != result:  # not known until now
+            self.descriptor.restype = result
+            place.type = self.context.call_conv.get_return_type(result)
+        self.put_result(result, value, place)
+        self.builder.ret(RETCODE_OK)
 
     def do_If(self, node: ast.If) -> None:
         """Write the code of a statement."""

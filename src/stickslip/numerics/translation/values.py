@@ -16,15 +16,15 @@ class NotUnderstood(Exception):
 class Value:
     """What an expression gives: its type, its code or its parts, and the object if it is known."""
 
-    __slots__ = ("fixed", "given", "kind", "known", "made", "natural", "object", "parts")
+    __slots__ = ("fields", "given", "kind", "known", "made", "natural", "object", "parts")
 
     def __init__(self, kind: Any, given: Any = None, parts: list[Value] | None = None) -> None:
         self.kind, self.given, self.parts = kind, given, parts
         self.known = False
         self.object: Any = None
         self.natural = False  # an integer that is not negative
-        self.fixed = False  # part of an argument
-        self.made: Any = None  # where the code of a tuple was written, and that
+        self.fields: Any = None  # of an array: codes, as numba passes them
+        self.made: Any = None  # where its parts were joined, and the code
 
 
 def known(kind: Any, thing: Any) -> Value:
