@@ -23,6 +23,7 @@ from stickslip.mechanics.cycle.along import follow_equilibrium
 from stickslip.mechanics.cycle.continuation import follow_cycle
 from stickslip.mechanics.cycle.cycle import Cycle
 from stickslip.mechanics.cycle.equilibria import Equilibrium
+from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ MEANT_FOR: Final = {
 }
 
 
+@waits
 @suggests
 def follow(
     thing: Any,

@@ -7,7 +7,6 @@ a thread for a notebook.
 from __future__ import annotations
 
 import asyncio
-import logging
 import socket
 import sys
 import threading
@@ -212,8 +211,6 @@ def serve(
     listener: socket.socket, host: str, *, page: str | None, opened: dict[str, Any] | None = None
 ) -> None:
     """Serve until interrupted; open the `page` in a browser once the server runs."""
-    logging.basicConfig(format="stickslip: %(message)s", stream=sys.stderr)
-    logging.getLogger("stickslip").setLevel(logging.INFO)
     server = _server(application(host=host, opened=opened))
     if page is not None:
         threading.Thread(target=_open_when_started, args=(server, page), daemon=True).start()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import partial
 from math import isfinite
 from pathlib import Path
 from typing import Annotated
@@ -244,9 +245,7 @@ def _deliver(
 
     _check_folder(out, "figures")
 
-    def track(numbers: Sequence[int]) -> Iterator[int]:
-        return tracked(numbers, len(numbers), "figures", quiet=output.quiet)
-
+    track = partial(tracked, what="figures")
     done = studies.reproduce(figures or None, out, source=source, track=track)
     written = [str(path) for path in done.files]
     claims = done.report.claims

@@ -224,7 +224,7 @@ def warmup(*, output: OutputOptions = OutputOptions()) -> None:
     """
     seconds = []
     models = _warm_models()
-    for ask in tracked(models.values(), len(models), "compiling", quiet=output.quiet):
+    for ask in tracked(list(models.values()), "compiling"):
         started = time.perf_counter()
         ask()
         seconds.append(round(time.perf_counter() - started, 3))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from stickslip.cli.options import ENGINE, Flag, Starts, TableOptions, Whole, check_equally_spaced
-from stickslip.cli.output import note, notes, shares, tracked
+from stickslip.cli.output import note, notes, tracked
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ stickslip map --preset law9 --alpha 1.209 --grid 2000 \\
     --window 0.379 0.39 --out map.csv
 """
 
-PIECE = 20_000  # points between two steps of the progress bar
+PIECE = 20_000  # points between two words of progress
 
 
 def map_(
@@ -75,7 +75,7 @@ def map_(
         "map",
         f.model,
         asked,
-        lambda: _evaluated(f, points, itinerary=itinerary, quiet=table.quiet),
+        lambda: _evaluated(f, points, itinerary=itinerary),
         table=dict,
         plot=lambda _, ax: _plot_map(f, points, window, ax, marked=bool(d)),
     )
@@ -99,12 +99,11 @@ def _points_to_map(
     return np.linspace(first, last, grid)
 
 
-def _evaluated(f: ModelLine, points: Floats, *, itinerary: bool, quiet: bool) -> dict[str, Any]:
+def _evaluated(f: ModelLine, points: Floats, *, itinerary: bool) -> dict[str, Any]:
     import numpy as np
 
     pieces = np.array_split(points, max(1, -(-points.size // PIECE)))
-    bar = tracked(pieces, len(pieces), "mapping", quiet=quiet)
-    results = [f.evaluate(piece) for piece in bar]
+    results = [f.evaluate(piece) for piece in tracked(pieces, "mapping")]
     tables = [result.table() for result in results]
     table: dict[str, Any] = {
         name: np.concatenate([part[name] for part in tables]) for name in tables[0]
@@ -282,10 +281,7 @@ def basins(
     on_line = f.dimension == 1
     asked: dict[str, Any] = {"resolution": resolution} if on_line else {"samples": samples}
     settings = asked if on_line else {"n_samples": samples}
-    with shares("basins", quiet=table.quiet) as show:
-        found = table.deliver(
-            "basins", f.model, asked, lambda: ss.basins(f, **settings, progress=show)
-        )
+    found = table.deliver("basins", f.model, asked, lambda: ss.basins(f, **settings))
     if on_line:
         return _basin_ending(found, quiet=table.quiet)
     note(repr(found).splitlines()[0], quiet=table.quiet)

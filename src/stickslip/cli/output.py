@@ -24,6 +24,7 @@ from stickslip.files import (
     whole_file,
     write_csv,
 )
+from stickslip.numerics.waiting import waiting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -134,35 +135,19 @@ Item = TypeVar("Item")
 MOST_NOTES = 20
 
 
-def tracked(items: Iterable[Item], total: int, what: str, *, quiet: bool) -> Iterator[Item]:
-    """Pass `items` on, with a bar that counts them."""
-    if total < 2 or not _watched(quiet):
-        yield from items
-        return
-    from rich.console import Console
-    from rich.progress import track
-
-    yield from track(items, what, total, console=Console(stderr=True), transient=True)
-
-
-@contextmanager
-def shares(what: str, *, quiet: bool) -> Iterator[Callable[[float], None] | None]:
-    """Give a function that shows the share of the work that is done; None if nobody watches."""
-    if not _watched(quiet):
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+def tracked(items: Sequence[Item], what: str) -> Iterator[Item]:
+    """Pass `items` on, and tell which share of them is done."""
+    with waiting(what) as tell:
+        for done, item in enumerate(items, start=1):
+            yield item
+            if tell is not None:
+                tell(done / len(items))
 
 
 @contextmanager
 def points(what: str, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """Give a function that shows points done, their rate and the time left; None as above."""
-    if not _watched(quiet):
+    """Give a function that shows points done, their rate and the time left; None if in no bar."""
+    if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
@@ -186,10 +171,6 @@ def points(what: str, *, quiet: bool) -> Iterator[Callable[[Progress], None] | N
             bar.update(task, completed=progress.done, total=progress.total, rate=rate)
 
         yield show
-
-
-def _watched(quiet: bool) -> bool:
-    return not quiet and sys.stderr.isatty()
 
 
 def note(text: str, *, quiet: bool) -> None:

@@ -26,7 +26,6 @@ from stickslip.cli.output import (
     new_files,
     new_folder,
     notes,
-    shares,
     show_table,
 )
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
@@ -95,20 +94,14 @@ def bifurcations(
     f = sweep.checked(system.map())
     with ExitStack() as stack:
         files = [] if out is None else stack.enter_context(new_folder(out, FILES, force=force))
-        with shares("bifurcations", quiet=output.quiet) as show:
-            found = bifurcations(
-                f,
-                sweep.parameter,
-                sweep.ends,
-                max_period=sweep.max_period,
-                window=sweep.window,
-                progress=show,
-            )
+        found = bifurcations(
+            f, sweep.parameter, sweep.ends, max_period=sweep.max_period, window=sweep.window
+        )
         report = _report(f, found)
         if files:
             named = dict(zip(FILES, files, strict=True))
             _write_report(named, report, f)
-            diagram = _diagram(f, sweep, grid, "diagram", quiet=output.quiet)
+            diagram = _diagram(f, sweep, grid)
             pictures = [named[name] for name in PICTURES]
             draw_pictures(lambda ax: diagram.plot(ax, bifurcations=found), pictures)
     if output.json:
@@ -158,19 +151,13 @@ def _grid(sweep: SweepOptions, values: int) -> Floats:
     return np.linspace(*sweep.ends, values)
 
 
-def _diagram(f: Any, sweep: SweepOptions, grid: Floats, what: str, *, quiet: bool) -> Diagram:
+def _diagram(f: Any, sweep: SweepOptions, grid: Floats) -> Diagram:
     """Compute the diagram over the range."""
     from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
 
-    with shares(what, quiet=quiet) as show:
-        return bifurcation_diagram(
-            f,
-            sweep.parameter,
-            grid,
-            max_period=sweep.max_period,
-            window=sweep.window,
-            progress=show,
-        )
+    return bifurcation_diagram(
+        f, sweep.parameter, grid, max_period=sweep.max_period, window=sweep.window
+    )
 
 
 def _bifurcation_ending(found: BifurcationList, *, quiet: bool) -> int:
@@ -227,7 +214,7 @@ def diagram(
     files = [path for path in (out, csv) if path is not None]
     with new_files(files, force=force) as made:
         temporary = dict(zip(files, made, strict=True))
-        diagram = _diagram(f, sweep, grid, "following orbits", quiet=output.quiet)
+        diagram = _diagram(f, sweep, grid)
         if out is not None:
             draw_pictures(diagram.plot, [temporary[out]])
         if csv is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import sys
 import traceback
@@ -26,6 +27,7 @@ from stickslip.cli.process import (
     shortened,
 )
 from stickslip.files import FULL
+from stickslip.numerics.waiting import WATCH
 
 LONGEST_NAME = 40
 """Characters of what stands for a command's name."""
@@ -76,6 +78,9 @@ def _examples(commands: str) -> str:
 
 def run(tokens: list[str]) -> int:
     """Parse, run, and turn every ending into an exit code and a message without traceback."""
+    WATCH.quiet = bool({"-q", "--quiet"} & set(tokens))
+    logging.basicConfig(format="stickslip: %(message)s", stream=sys.stderr)
+    logging.getLogger("stickslip").setLevel(logging.INFO)
     try:
         _refuse_undecoded(tokens)
         code = application()(

@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.checks import flag, instance, shown
 from stickslip.identification.data import CyclePeriods, ForcePoints, MapPoints
 from stickslip.identification.fit import Fit
+from stickslip.numerics.waiting import waits
 from stickslip.results.parts import equal
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
@@ -79,6 +80,7 @@ class Comparison(Result):
         return "\n".join([headline, repr(self.table()), *filter(None, [self.message])])
 
 
+@waits
 @suggests
 def compare_fits(fits: Mapping[str, Fit] | Sequence[Fit], *, left_out: bool = True) -> Comparison:
     """Compare fits of several laws or models to the same data.

@@ -35,6 +35,7 @@ from stickslip.identification.errors import (
 )
 from stickslip.identification.terms import MISSED, Answer, Term, natural_period, term_of
 from stickslip.mechanics.model.arguments import Model, checked_model, checked_parameter
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -443,6 +444,7 @@ class Fit(Result):
         return dict(zip(self._column_names, columns, strict=True))
 
 
+@waits
 @suggests
 def fit(
     model: Model,

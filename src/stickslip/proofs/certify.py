@@ -18,6 +18,7 @@ from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.checks import finite_number, shown, whole_number
+from stickslip.numerics.waiting import waits
 from stickslip.proofs.basins import Basins
 from stickslip.proofs.branch import Tube
 from stickslip.proofs.certificate import Certificate, certificate, refusal
@@ -56,6 +57,7 @@ UNKNOWN: Final = (-inf, inf)
 PAST_THE_END: Final = 0.01  # of a curve's range, where a breakpoint ends it
 
 
+@waits
 @suggests
 def certify(
     found: object,
@@ -256,6 +258,7 @@ def _certify_curve(found: Curve, model: TwoBlock, digits: int, exact: ExactValue
     )
 
 
+@waits
 @suggests
 def certify_orbits(
     model: TwoBlock | PiecewiseMap,
@@ -318,6 +321,7 @@ def certify_orbits(
     return _proof(claim, prove, stated, digits, factors)
 
 
+@waits
 @suggests
 def certify_basins(
     model: TwoBlock,
@@ -380,6 +384,7 @@ def certify_basins(
     return _proof("basins", prove, stated, digits, factors=(1,))
 
 
+@waits
 @suggests
 def certify_entropy(
     model: TwoBlock | PiecewiseMap,
@@ -437,6 +442,7 @@ def certify_entropy(
     return _proof("horseshoe", prove, values, digits, factors=(1,))
 
 
+@waits
 def certify_chaos(
     model: TwoBlock,
     d: float,

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.checks import instance, one_of, parameter_name, real_numbers, shown, whole_number
 from stickslip.identification.data import series
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.sweeps.job import LARGEST_SEED, POINTS_PER_TILE, Points
 from stickslip.sweeps.observables import as_observable, check_needs
@@ -85,6 +86,7 @@ def _in_short(value: Any) -> str:
     return np.array2string(np.asarray(value), precision=6, threshold=8, separator=", ")
 
 
+@waits
 @suggests
 def propagate(
     system: Any,

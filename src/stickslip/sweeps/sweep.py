@@ -16,6 +16,7 @@ from stickslip.errors import StoreAbsent, StoreRefused, TilesFailed
 from stickslip.mechanics.eventmap.event_map import DEVICES
 from stickslip.numerics.gpu import require_gpu
 from stickslip.numerics.targets import available_threads
+from stickslip.numerics.waiting import waits
 from stickslip.sweeps import engines
 from stickslip.sweeps.identity import target
 from stickslip.sweeps.job import LARGEST_SEED, START, Job, as_axes, compute, default_chunks, tiles
@@ -66,6 +67,9 @@ class Progress:
     resumed: int
     seconds: float
 
+    def __float__(self) -> float:
+        return self.done / self.total
+
     @property
     def rate(self) -> float:
         """Grid points per second of this run."""
@@ -77,6 +81,7 @@ class Progress:
         return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
 
 
+@waits
 @suggests
 def sweep(
     system: Any,

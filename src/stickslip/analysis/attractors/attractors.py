@@ -27,6 +27,7 @@ from stickslip.checks import (
     shown,
     whole_number,
 )
+from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def attractors(
     progress: Callable[[float], None] | None = ...,
     partial: bool = ...,
 ) -> AttractorListND: ...
+@waits
 @suggests
 def attractors(
     f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],

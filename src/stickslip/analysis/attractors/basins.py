@@ -35,6 +35,7 @@ from stickslip.checks import (
     random_generator,
     whole_number,
 )
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -202,6 +203,7 @@ def basins(
     progress: Callable[[float], None] | None = ...,
     partial: bool = ...,
 ) -> BasinsND: ...
+@waits
 @suggests
 def basins(
     f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],

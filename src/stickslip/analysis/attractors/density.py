@@ -19,6 +19,7 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import advance, domain_width
 from stickslip.checks import instance, whole_number
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -96,6 +97,7 @@ class InvariantDensity(Result):
         )
 
 
+@waits
 @suggests
 def invariant_density(
     f: Map1D | Modelled[Map1D], attractor: Attractor, *, cells: int = CELLS

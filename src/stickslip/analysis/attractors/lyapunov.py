@@ -21,6 +21,7 @@ from stickslip.analysis.maps.protocol import (
     values_and_slopes,
 )
 from stickslip.analysis.orbits.newton import polish_on
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -88,6 +89,7 @@ class LyapunovExponent(Result):
         return {"start": np.arange(value.size) + 1, "value": value, "error": error}
 
 
+@waits
 @suggests
 def lyapunov_exponent(
     f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],

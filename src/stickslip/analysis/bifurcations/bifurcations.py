@@ -42,6 +42,7 @@ from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, shown, whole_number
 from stickslip.numerics.processes import in_processes
+from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ NEARER: Final = 1 / 64  # of that, where theory foretells what is not seen there
 LAST_FLIP: Final = 5  # of a cascade: as far beyond its accumulation attractors are looked at
 
 
+@waits
 @suggests
 def bifurcations(
     system: MapFamily | FamilyND | Modelled[MapFamily] | Modelled[FamilyND],

@@ -9,6 +9,7 @@ from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoi
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import explanation
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
 from stickslip.vocabulary import suggests
 
@@ -73,6 +74,7 @@ def _row(item: Breakpoint) -> str:
     return f"{values}{slopes}  {item.kind:6s}  {item.mechanism}".rstrip()
 
 
+@waits
 @suggests
 def branches(f: Map1D | Modelled[Map1D], resolution: float | None = None) -> BranchTable:
     """Find the branches, breakpoints, gaps and laps of a map.
@@ -105,6 +107,7 @@ def branches(f: Map1D | Modelled[Map1D], resolution: float | None = None) -> Bra
     return replace(table, breakpoints=_explained(table))
 
 
+@waits
 @suggests
 def breakpoints(f: Map1D | Modelled[Map1D], resolution: float | None = None) -> BreakpointList:
     """Find where the branches of a map end, to adjacent floats, and why.

@@ -31,6 +31,7 @@ from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.processes import in_processes
+from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ AT_LEAST: Final = 64  # values that an interrupted call is content with
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
 
+@waits
 @suggests
 def bifurcation_diagram(
     system: MapFamily | FamilyND | Modelled[MapFamily] | Modelled[FamilyND],

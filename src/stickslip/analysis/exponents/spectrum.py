@@ -14,6 +14,7 @@ from stickslip.analysis.maps.protocol import orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.checks import MOST_STEPS, real_numbers, shown, whole_number
 from stickslip.checks import grid as grid_values
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
 from stickslip.vocabulary import suggests
@@ -75,6 +76,7 @@ class LyapunovSpectrum(Result):
         return {"exponent": number, "value": self.values, "error": self.errors}
 
 
+@waits
 @suggests
 def lyapunov_spectrum(
     f: MapND | Modelled[MapND], x0: ArrayLike, n: int = 10_000, *, transient: int | None = None
@@ -276,6 +278,7 @@ class LyapunovSpectra(Result):
         return (self.parameter,)
 
 
+@waits
 @suggests
 def lyapunov_spectra(
     system: FamilyND | Modelled[FamilyND],

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import signal
 
 from stickslip.checks import MOST_KEPT, random_generator, real_numbers, shown, whole_number
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -55,6 +56,7 @@ class ZeroOneTest(Result):
         return f"ZeroOneTest({self.value:.4f} ± {self.error:.1g}, n={self.n})"
 
 
+@waits
 @suggests
 def zero_one_test(
     series: ArrayLike, *, n_frequencies: int = 100, rng: np.random.Generator | int | None = None

@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.analysis.maps.arguments import map_of
 from stickslip.checks import MOST_STEPS, shown, whole_number
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -55,6 +56,7 @@ class RotationNumber(Result):
         return {"start": np.arange(value.size) + 1, "value": value, "error": error}
 
 
+@waits
 @suggests
 def rotation_number(
     f: Any, x0: ArrayLike, n: int = 10_000, *, transient: int = 1000

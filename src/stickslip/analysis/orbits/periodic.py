@@ -27,6 +27,7 @@ from stickslip.analysis.orbits.orbit import (
 )
 from stickslip.analysis.orbits.orbits_nd import N_STARTS, OrbitListND, search_orbits
 from stickslip.checks import MOST_KEPT, shown, whole_number
+from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def periodic_orbits(
     resolution: None = ...,
     n_starts: int | None = ...,
 ) -> OrbitListND: ...
+@waits
 @suggests
 def periodic_orbits(
     f: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],

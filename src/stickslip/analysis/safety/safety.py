@@ -36,6 +36,7 @@ from stickslip.checks import (
     shown,
     whole_number,
 )
+from stickslip.numerics.waiting import waits
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
 from stickslip.vocabulary import suggests
@@ -236,6 +237,7 @@ class _Wanted:
         )
 
 
+@waits
 @suggests
 def safety(
     system: Map1D | MapND | Modelled[Map1D] | Modelled[MapND],

@@ -17,6 +17,7 @@ from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.unseen import unseen_share
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
 from stickslip.vocabulary import suggests
 
@@ -88,6 +89,7 @@ class CycleList(ResultList[Cycle]):
         return "\n".join(lines)
 
 
+@waits
 @suggests
 def limit_cycles(
     model: Model,

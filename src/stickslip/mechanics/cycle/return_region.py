@@ -19,6 +19,7 @@ from stickslip.mechanics.cycle.trapping import TrappingBall, trapping_ball
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model.arguments import checked_parameter, two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -147,6 +148,7 @@ class ReturnRegion(Result):
         return "\n".join(lines)
 
 
+@waits
 @suggests
 def return_region(
     model: TwoBlock,

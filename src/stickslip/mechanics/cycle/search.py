@@ -18,6 +18,7 @@ from stickslip.mechanics.cycle.sliding import linear_modes, modes_about, steady_
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
+from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ SETTLES: Final = ": all blocks slip, and settle on steady sliding; see stickslip
 ROUNDS: Final = 1e4  # times CONVERGED: returns this close are returns of one cycle
 
 
+@waits
 @suggests
 def find_cycle(
     model: Model,

@@ -17,6 +17,7 @@ from stickslip.mechanics.cycle.section import Word, word_of
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.flow.system import STICK
 from stickslip.mechanics.model.arguments import checked_state
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -144,6 +145,7 @@ class _Return:
         return leg.tangent[np.ix_(self.free, self.free)] if same else None
 
 
+@waits
 @suggests
 def trapping_ball(cycle: Cycle) -> TrappingBall | None:
     """Look for the largest ball about a cycle that its return map takes into itself.

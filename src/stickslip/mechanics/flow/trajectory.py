@@ -28,6 +28,7 @@ from stickslip.mechanics.model.arguments import Model, checked_model, checked_st
 from stickslip.mechanics.model.plant import sliding_friction
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.arrays import Floats
+from stickslip.numerics.waiting import waits
 from stickslip.results.parts import part
 from stickslip.results.result import Result
 from stickslip.results.table import Table
@@ -379,6 +380,7 @@ class Trajectory(Result):
         return 0.5 * t[:, None] * np.einsum("ijk,j->ik", inside, weights)
 
 
+@waits
 @suggests
 def simulate(
     model: Model,

@@ -19,6 +19,7 @@ from stickslip.analysis.attractors.in_space.search_nd import search_attractors, 
 from stickslip.analysis.maps.arguments import checked_parameter, map_of
 from stickslip.analysis.maps.protocol import FamilyND
 from stickslip.checks import MOST_KEPT, grid, shown, whole_number
+from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -84,6 +85,7 @@ class BasinFractions(Result):
         return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
+@waits
 @suggests
 def basin_fractions(
     system: FamilyND | Modelled[FamilyND],
