@@ -12,6 +12,7 @@ import time
 import pytest
 
 from stickslip.numerics import waiting as told
+from stickslip.numerics.targets import LASTS, launch
 from stickslip.numerics.waiting import WATCH, waiting, waits
 from stickslip.sweeps.sweep import Progress
 
@@ -127,3 +128,14 @@ def test_a_terminal_shows_a_bar_and_takes_it_away():
     assert "basins: " in shown
     assert "50% done" in shown
     assert shown.rstrip().endswith("\x1b[2K")  # the line is empty again
+
+
+def test_a_large_array_tells_how_far_it_is(caplog):
+    end = time.monotonic() + AT_MOST
+
+    def task(start, stop):
+        while start and not caplog.messages and time.monotonic() < end:
+            time.sleep(0.005)
+
+    launch(task, LASTS, 2, 1000)
+    assert "1000000 points: 0 s" in caplog.messages[0]

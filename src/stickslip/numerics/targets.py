@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, wait
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -23,6 +23,7 @@ from numba.core import event
 from stickslip.numerics import kernel_cache
 from stickslip.numerics.linking import Kernel
 from stickslip.numerics.threads import pool, threads_start
+from stickslip.numerics.waiting import waiting
 
 config: Any = numba.config
 
@@ -30,6 +31,7 @@ config: Any = numba.config
 F = TypeVar("F", bound=Callable[..., Any])
 
 ANNOUNCE_AFTER_SECONDS = 1.0
+LASTS = 1_000_000  # points that may take seconds
 
 
 # --- compiling --------------------------------------------------------------------------------
@@ -200,21 +202,25 @@ def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: 
         task(0, size)
         return
     tiles = iter(list(_tiles(size, threads, smallest)))
+    watch = waiting(f"{size} points") if size >= LASTS else nullcontext()
 
     def work() -> None:
         try:
             for start, stop in tiles:
+                if tell is not None:
+                    tell(start / size)
                 task(start, stop)
         finally:  # after an error nobody begins another tile
             for _ in tiles:
                 pass
 
-    others = [_helpers(threads - 1).submit(work) for _ in range(threads - 1)]
-    try:
-        work()  # this thread, too: it need not be woken, and has its scratch arrays already
-    finally:  # a helper that is busy elsewhere is not waited for: its share is done
-        begun = [other for other in others if not other.cancel()]
-        wait(begun)
+    with watch as tell:
+        others = [_helpers(threads - 1).submit(work) for _ in range(threads - 1)]
+        try:
+            work()  # this thread, too: it need not be woken, and has its scratch arrays already
+        finally:  # a helper that is busy elsewhere is not waited for: its share is done
+            begun = [other for other in others if not other.cancel()]
+            wait(begun)
     for other in begun:
         other.result()
 
