@@ -43,7 +43,7 @@ function stateOfAddress(/** @type {Limits} */ limits, /** @type {Preset[]} */ pr
 /** How far the kernels are. @param {{done: number, of: number}} [steps] */
 const preparing = (steps) =>
   steps
-    ? `Preparing the kernels, the first time only: ${steps.done} of ${steps.of} steps. Examples are shown meanwhile.`
+    ? `Preparing the kernels, the first time only: ${steps.done} of ${steps.of} steps.`
     : "";
 
 /** @param {App} app @param {HTMLElement} main */

@@ -14,6 +14,7 @@ import { View } from "./view.js";
 
 const BELT = 18; // height of the belt, pixels
 const RAISED = 16; // a body that does not rub itself, above the floor
+const MOST_NAMED = 4; // contacts of which a sentence says one by one what they do
 
 export class MechanismView extends View {
   /** @param {App} app */
@@ -64,9 +65,16 @@ export class MechanismView extends View {
     );
     const same = doing.length > 1 && doing.every((/** @type {string} */ one) => one === doing[0]);
     const all = isStructure(state.model) ? "contacts" : "blocks";
+    const each = doing.map((/** @type {string} */ one, /** @type {number} */ c) => `${names[c]} is ${one}`);
+    const groups = [...new Set(doing)].map((one) => {
+      const n = doing.filter((/** @type {string} */ other) => other === one).length;
+      return `${n} ${n === 1 ? "is" : "are"} ${one}`;
+    });
     const now = same
       ? `${doing.length === 2 ? "both" : "all"} ${all} are ${doing[0]}`
-      : listed(doing.map((/** @type {string} */ one, /** @type {number} */ c) => `${names[c]} is ${one}`));
+      : doing.length > MOST_NAMED
+        ? `of ${doing.length} ${all} ${listed(groups)}`
+        : listed(each);
     const drawn = data.bodies ? "" : " Drawn is what rubs, not what it hangs on.";
     return `Now ${now}.${drawn}${data.status ? ` ${data.message}` : ""}`;
   }
