@@ -62,6 +62,22 @@ def test_a_motion_of_law_9_without_global_stick() -> None:
     np.testing.assert_allclose(again.final_state.x, cycle.x, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("x", [(-0.4, 0.0), (0.2, -0.2), (0.3, 0.0), (0.1, 0.4)])
+def test_a_global_stick_phase_counts_once(x: tuple[float, float]) -> None:
+    """Rounding decides whether a motion of one period from the phase meets it again."""
+    model = ss.Blocks(
+        mass=[1, 2],
+        stiffness=[[2.2, -1.2], [-1.2, 2.7]],
+        damping=[[0.05, 0], [0, 0.05]],
+        static=[1, 1.3],
+        V=0.1,
+        friction=ss.Coulomb(mu=0.3),
+    )
+    cycle = ss.find_cycle(model, x, [0.1, 0.1])
+    assert len(cycle.events) == 4
+    np.testing.assert_allclose(cycle.d, [ss.periodic_orbits(model)[1].points[0]], atol=1e-12)
+
+
 def test_multipliers_are_those_of_the_event_map() -> None:
     """Three blocks: the eigenvalues of the product of Jacobians over the orbit."""
     model = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.3, friction=ss.Coulomb(mu=0.22))

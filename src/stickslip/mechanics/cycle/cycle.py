@@ -80,7 +80,15 @@ class Cycle(Result):
     @property
     def d(self) -> Floats:
         """Differences of the displacements in its global stick phases."""
-        return self.trajectory.d
+        if not self.events:
+            return self.trajectory.d
+        # Of a cycle that starts in such a phase the motion may meet it again as the period ends.
+        rides = self.trajectory.modes[0] == 0
+        count = 0
+        for event in self.events:
+            rides[event.block - 1] = event.kind == "stick"
+            count += rides.all()
+        return self.trajectory.d[:count]
 
     def period_derivative(self, *names: str) -> Floats:
         """Differentiate the period by parameters, exactly.

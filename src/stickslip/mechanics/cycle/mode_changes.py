@@ -44,7 +44,7 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
     t, last = 0.0, (-np.inf, -1)
     while t < duration:
         mode, needed = motion.mode.copy(), motion.e.copy()
-        h, status = shooter.advance(duration - t)
+        h, status = shooter.follow(0.0, duration - t, steps=1)
         if status or h <= 0.0:
             break
         for block in range(shooter.n_contacts):

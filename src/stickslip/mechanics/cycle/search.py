@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.cycle.sliding import Model
-    from stickslip.numerics.arrays import Floats
+    from stickslip.numerics.arrays import Floats, Ints
 
 
 CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
@@ -162,24 +161,24 @@ class _Search:
     def _returns(self, x: Floats, v: Floats, max_events: int) -> Iterator[tuple[int, State, float]]:
         """Yield close returns: events since then, the state, the distance."""
         state = self.plain.start(x, v)
-        seen: dict[bytes, tuple[deque[int], deque[Floats]]] = {}
+        seen: dict[bytes, tuple[Ints, Floats]] = {}  # by modes: when and where, the last ones
         closest = CLOSE * self.size
         for number in range(max_events):
             state = self._next_event(state)
             here = self.felt(state.z)
-            numbers, states = seen.setdefault(state.mode.tobytes(), (deque(), deque()))
-            if states:
-                distances = np.abs(np.array(states) - here).max(axis=1)
-                near = np.flatnonzero(distances < closest)
-                if near.size:
-                    distance = float(distances[near[-1]])
-                    yield number - numbers[near[-1]], state, distance
-                    closest = max(0.1 * distance, 0.5 * SETTLED * self.size)
-            numbers.append(number)
-            states.append(here)
-            if len(states) > HISTORY:
-                numbers.popleft()
-                states.popleft()
+            modes = state.mode.tobytes()
+            if modes not in seen:
+                seen[modes] = np.full(HISTORY, -1), np.full((HISTORY, here.size), np.inf)
+            numbers, states = seen[modes]
+            distances = np.abs(states - here).max(axis=1)
+            near = np.where(distances < closest, numbers, -1)
+            latest = int(near.argmax())
+            if near[latest] >= 0:
+                distance = float(distances[latest])
+                yield number - int(near[latest]), state, distance
+                closest = max(0.1 * distance, 0.5 * SETTLED * self.size)
+            oldest = numbers.argmin()
+            numbers[oldest], states[oldest] = number, here
 
     def _next_event(self, state: State) -> State:
         """Follow a motion to where its modes change; ValueError if they do not."""

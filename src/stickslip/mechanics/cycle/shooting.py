@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from stickslip.mechanics.flow.blocks.system import BlockMotion
     from stickslip.mechanics.model.plant import Plant
     from stickslip.numerics.arrays import Floats, Ints
+
+
+MANY: Final = 2**62  # steps: no limit
 
 
 class State(NamedTuple):
@@ -104,12 +107,9 @@ class Shooter:
         count = instant = 0
         status = status_codes.OK
         while count < n_events and t < max_time:
-            if math.isinf(max_time) and self.slides_for_ever():
-                status = status_codes.NEVER_SLIPPING
-                break
-            h, status = self.advance(max_time - t)
-            t += h
-            instant = instant + 1 if h == 0.0 else 0
+            begun = t
+            t, status = self.follow(t, max_time)
+            instant = instant + 1 if t == begun else 0
             if status == status_codes.OK and instant > MAX_INSTANT * self.n_contacts:
                 status = status_codes.UNDECIDED
             if status != status_codes.OK:
@@ -125,13 +125,13 @@ class Shooter:
         parameter = tangent[:, states] if tangent.shape[1] > states else np.zeros(self.n)
         return Leg(state, self._state(), t, int(status), tangent[:, :states], parameter, events)
 
-    def advance(self, cap: float) -> tuple[float, int]:
-        """Take one step, at most `cap` long, up to an event if one comes; length and status."""
+    def follow(self, t: float, end: float, steps: int = MANY) -> tuple[float, int]:
+        """Follow the motion from t to its next event or to an end: the time there, and a status."""
         engine = self.engine
-        h, status = engine.kernels.advance(
-            self.system, engine.laws, self.motion, self.work, self.rtol, cap
+        t, status = engine.kernels.to_event(
+            self.system, engine.laws, self.motion, self.work, self.rtol, t, end, steps
         )
-        return float(h), int(status)
+        return float(t), int(status)
 
     def velocity(self, state: State) -> Floats:
         """Rate of change of a state, (y', w'), shape (n,)."""

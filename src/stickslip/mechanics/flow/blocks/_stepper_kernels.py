@@ -38,7 +38,14 @@ from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LAND
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, jet, value
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
-from stickslip.status import AT_REST, CONTACT_LOST, LAW_FAILED, OK, STEP_FAILED
+from stickslip.status import (
+    AT_REST,
+    CONTACT_LOST,
+    LAW_FAILED,
+    NEVER_SLIPPING,
+    OK,
+    STEP_FAILED,
+)
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._sliding_kernels import least_slope
@@ -98,6 +105,38 @@ def advance(
         else:
             saltation(system, motion, work.rates)
     return h, CONTACT_LOST if is_lost(motion) else OK
+
+
+@kernel(short_loops=True)
+def to_event(
+    system: BlockSystem,
+    laws: Floats,
+    motion: BlockMotion,
+    work: BlockWork,
+    rtol: float,
+    t: float,
+    end: float,
+    most: int,
+) -> tuple[float, int]:
+    """Take at most so many steps from t, to an event or to `end`; the time there and a status."""
+    status = OK
+    for _ in range(most):
+        if end == math.inf and slides_for_ever(system, laws, motion, work):
+            return t, NEVER_SLIPPING
+        h, status = advance(system, laws, motion, work, rtol, end - t)
+        t += h
+        if status != OK or not t < end or h == 0.0 or is_at_event(motion):
+            break
+    return t, status
+
+
+@kernel
+def is_at_event(motion: BlockMotion) -> bool:
+    """Whether a contact is at an event."""
+    for i in range(motion.mode.shape[0]):
+        if motion.event[i] != 0:
+            return True
+    return False
 
 
 @kernel(inline=True)
