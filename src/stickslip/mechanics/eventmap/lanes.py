@@ -13,7 +13,6 @@ import numpy as np
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, held_for
 from stickslip.mechanics.eventmap.records import (
     START,
-    UNTOLD,
     Controls,
     Outputs,
     Pools,
@@ -133,6 +132,7 @@ class Lanes:
 
 
 LANE_TILE = 8192
+TOLD = "duration", "n_events", "label", "margin"
 
 
 class BatchBackend:
@@ -174,12 +174,15 @@ class LaneBackend(BatchBackend):
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
         slopes = np.empty(d.size) if slope else NO_SLOPE
-        told = new_outputs(d.shape, 0) if watch and self.lanes.pair is None else None
+        outputs = new_outputs((0,), 0)
+        if watch:  # room that lanes fill, or who carries what they passed on
+            rooms = {name: np.empty(d.size, getattr(outputs, name).dtype) for name in TOLD}
+            outputs = outputs._replace(status=np.zeros(d.size, outputs.status.dtype), **rooms)
+        told = outputs if watch and self.lanes.pair is None else None
         values, passed = self._by_lanes(d, slopes, told=told)
         if watch:  # also why motions do not return
-            told = told or new_outputs(d.shape, 0)._replace(margin=np.full(d.size, UNTOLD))
-            passed = np.flatnonzero(np.isnan(values) | (told.margin < 0.0))
-        outputs = (told or new_outputs((0,), 0))._replace(value=values, derivative=slopes[:, None])
+            passed = np.flatnonzero(np.isnan(values) | (told is None or told.margin < 0.0))
+        outputs = outputs._replace(value=values, derivative=slopes[:, None])
         if passed.size > 0:
             served = ~np.isnan(values[passed])
             missed = slope and not served.all()
