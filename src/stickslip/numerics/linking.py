@@ -54,7 +54,10 @@ class _PartLibrary(JITCodeLibrary):
     def add_linking_library(self, library: Any) -> None:
         library._ensure_finalized()
         self._dynamic_globals += library._dynamic_globals
-        self._codes.update(library.codes if isinstance(library, _PartLibrary) else _code(library))
+        if isinstance(library, _PartLibrary):
+            self._codes.update(library.codes)
+        else:
+            self._codes.update(_named(library._get_module_for_linking()))
 
     def add_ir_module(self, ir_module: Any) -> None:
         """Simplify code and keep it."""
@@ -63,6 +66,7 @@ class _PartLibrary(JITCodeLibrary):
                 function.linkage = "linkonce_odr"
         module = llvm.parse_assembly(cgutils.normalize_ir_text(str(ir_module)))
         module.name = ir_module.name
+        module.verify()
         self._optimize_functions(module)
         self._codes.update(_named(module))
         self._dynamic_globals += [name for name in ir_module.globals if name.startswith(ADDRESSES)]
@@ -86,10 +90,6 @@ class _PartLibrary(JITCodeLibrary):
 
     def finalize(self) -> None:
         self._finalized = True
-
-
-def _code(library: JITCodeLibrary) -> dict[str, bytes]:
-    return _named(library._get_module_for_linking())
 
 
 def _named(module: llvm.ModuleRef) -> dict[str, bytes]:
@@ -233,7 +233,7 @@ class _Part(CPUDispatcher):
         if made is None:
             _open.append(self.py_func)
             try:
-                made = self._translated(args)
+                made = self.translated(args)
             except NotUnderstood:
                 super().compile(args)
                 return self.overloads[args]
@@ -243,11 +243,12 @@ class _Part(CPUDispatcher):
         self.overloads[args] = made
         return made
 
-    def _translated(self, args: tuple[Any, ...]) -> Any:
+    def translated(self, args: tuple[Any, ...]) -> Any:
+        """Translate the kernel, or say that its text is not understood."""
         flags: Any = compiler.Flags()
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
         state = SimpleNamespace(args=args, flags=_Flags.of_parts(flags))
-        target = state.targetctx = _target(self.targetctx, state.flags)
+        target = state.targetctx = narrowed(self.targetctx, state.flags)
         state.typingctx = target.typing_context
         state.library = _PartLibrary(target.codegen())
         signature, descriptor = translate(self.py_func, state, _called)
@@ -265,7 +266,8 @@ class _Part(CPUDispatcher):
 
 
 @cache
-def _target(target: Any, flags: _Flags) -> Any:
+def narrowed(target: Any, flags: _Flags) -> Any:
+    """Numba's target for some flags: one for all kernels that have these."""
     return compiler._make_subtarget(target, flags)
 
 

@@ -132,7 +132,6 @@ class Lanes:
 
 
 LANE_TILE = 8192
-TOLD = "duration", "n_events", "label", "margin"
 
 
 class BatchBackend:
@@ -175,9 +174,8 @@ class LaneBackend(BatchBackend):
         """Values at each d, and slopes."""
         slopes = np.empty(d.size) if slope else NO_SLOPE
         outputs = new_outputs((0,), 0)
-        if watch:  # room that lanes fill, or who carries what they passed on
-            rooms = {name: np.empty(d.size, getattr(outputs, name).dtype) for name in TOLD}
-            outputs = outputs._replace(status=np.zeros(d.size, outputs.status.dtype), **rooms)
+        if watch:  # room for what lanes tell, or who carries what they passed on
+            outputs = Outputs(*outputs[:2], *(np.zeros(d.size, a.dtype) for a in outputs[2:]))
         told = outputs if watch and self.lanes.pair is None else None
         values, passed = self._by_lanes(d, slopes, told=told)
         if watch:  # also why motions do not return
