@@ -6,7 +6,7 @@ import math
 import threading
 from functools import cached_property
 from types import ModuleType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -175,7 +175,8 @@ class LaneBackend(BatchBackend):
         slopes = np.empty(d.size) if slope else NO_SLOPE
         outputs = new_outputs((0,), 0)
         if watch:  # room for what lanes tell, or who carries what they passed on
-            outputs = Outputs(*outputs[:2], *(np.zeros(d.size, a.dtype) for a in outputs[2:]))
+            rooms: Any = (np.zeros(d.size, each.dtype) for each in outputs[2:])
+            outputs = Outputs(*outputs[:2], *rooms)
         told = outputs if watch and self.lanes.pair is None else None
         values, passed = self._by_lanes(d, slopes, told=told)
         if watch:  # also why motions do not return
