@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
@@ -43,6 +44,20 @@ def test_what_python_calls_is_emitted_and_nothing_else():
     assert first(2.0) == 2.2
     assert first(2) == 2.2  # another signature
     assert len(first.part.overloads) == 2
+
+
+def test_what_is_kept_of_machine_code_is_itself_and_its_names():
+    *_, third = tower()
+    third(2.0)
+    (made,) = third.overloads.values()
+    _, kind, (code, names) = made.library.serialize_using_object_code()
+    assert kind == "object"
+    module = llvm.parse_bitcode(names)
+    assert made.fndesc.llvm_cpython_wrapper_name in {each.name for each in module.functions}
+    assert all(
+        len(list(each.blocks)) == 1 for each in module.functions
+    )  # none of the kernels' code
+    assert len(names) < len(code)
 
 
 def test_machine_code_shares_nothing_but_its_name():

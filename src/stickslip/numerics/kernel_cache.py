@@ -293,7 +293,7 @@ class KernelCache(caching.NullCache):
     def save_overload(self, sig: Any, made: Any) -> None:
         """Keep what was compiled, unless it holds addresses of this process."""
         if self._enabled and not made.library.has_dynamic_globals:
-            _write(self._file(sig, made.codegen.magic_tuple()), dumps(self.reduce(made)))
+            _write(self._file(sig, made.codegen.magic_tuple()), self.reduce(made))
 
     def _has(self, sig: Any, target: Any) -> bool:
         names = self._files(sig, target)
@@ -326,9 +326,9 @@ class KernelCache(caching.NullCache):
                 held.callback(fcntl.flock, opened, fcntl.LOCK_UN)  # of what a fork holds, too
             yield
 
-    def reduce(self, made: Any) -> Any:
+    def reduce(self, made: Any) -> bytes:
         """Take apart what was compiled, for a file."""
-        return made._replace(type_annotation="")._reduce()  # a text as long as the code
+        return dumps(made._replace(type_annotation="")._reduce())  # a text as long as the code
 
     def rebuild(self, target: Any, payload: Any) -> Any:
         """Make a compiled function; None if something that it needs is lost."""

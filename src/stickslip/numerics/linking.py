@@ -11,15 +11,17 @@ from __future__ import annotations
 import gc
 import hashlib
 import importlib
+import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, cached_property
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import compiler, types
-from numba.core.codegen import JITCodeLibrary
+from numba.core import cgutils, compiler, types
+from numba.core.codegen import CodeLibrary, JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import Environment
@@ -33,13 +35,14 @@ from stickslip.numerics.translation.values import NotUnderstood
 # LLVM's 250, and what five numbers count: kernels pass so many less for an array than numba does,
 # and long laws of one's own are a seventh slower without what was taken in because of them.
 INLINED = 275
+ADDRESSES = "numba.dynamic.globals"  # names of objects of this process
 
 
 class _PartLibrary(JITCodeLibrary):
     """Code of a kernel, as lowered, and of all that it calls: each by its hash, callees first."""
 
     def __init__(self, codegen: Any, codes: dict[str, bytes] | None = None) -> None:
-        super().__init__(codegen, "part")
+        CodeLibrary.__init__(self, codegen, "part")  # without numba's module for all
         self._codes = codes or {}
         self._finalized = codes is not None
 
@@ -51,17 +54,32 @@ class _PartLibrary(JITCodeLibrary):
     def add_linking_library(self, library: Any) -> None:
         library._ensure_finalized()
         self._dynamic_globals += library._dynamic_globals
-        self._codes.update(library.codes if isinstance(library, _PartLibrary) else _code(library))
+        if isinstance(library, _PartLibrary):
+            self._codes.update(library.codes)
+        else:
+            self._codes.update(_named(library._get_module_for_linking()))
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Simplify code and keep it."""
+        for function in ir_module.functions:
+            if function.blocks:
+                function.linkage = "linkonce_odr"
+        module = llvm.parse_assembly(cgutils.normalize_ir_text(str(ir_module)))
+        module.name = ir_module.name
+        module.verify()
+        self._optimize_functions(module)
+        self._codes.update(_named(module))
+        self._dynamic_globals += [name for name in ir_module.globals if name.startswith(ADDRESSES)]
 
     def _optimize_functions(self, module: llvm.ModuleRef) -> None:
         """As numba does, but for functions only that have code."""
         module.data_layout = self._codegen._data_layout
+        try:
+            passes, *builder = self._codegen._function_pass_manager()
+        except TypeError:  # it takes the module in numba 0.61
+            return super()._optimize_functions(module)
         for function in module.functions:
             if not function.is_declaration:
-                try:
-                    passes, *builder = self._codegen._function_pass_manager()
-                except TypeError:  # it takes the module in numba 0.61
-                    return super()._optimize_functions(module)
                 passes.run(function, *builder)
 
     def link_into(self, module: llvm.ModuleRef) -> None:
@@ -72,12 +90,10 @@ class _PartLibrary(JITCodeLibrary):
 
     def finalize(self) -> None:
         self._finalized = True
-        self._finalize_dynamic_globals()
-        self._codes.update(_code(self))
 
 
-def _code(library: JITCodeLibrary) -> dict[str, bytes]:
-    code = library._get_module_for_linking().as_bitcode()
+def _named(module: llvm.ModuleRef) -> dict[str, bytes]:
+    code = module.as_bitcode()
     return {hashlib.sha256(code).hexdigest(): code}
 
 
@@ -85,6 +101,15 @@ class _EntryLibrary(JITCodeLibrary):
     """Machine code of what Python calls: of its own, whatever other code the process has."""
 
     short_loops = False  # neither made vectors nor unrolled, which takes most of LLVM's time
+
+    def _get_module_for_linking(self) -> llvm.ModuleRef:
+        """Tell the names of what is called from outside: nothing links machine code."""
+        called = (
+            f'define void @"{each.name}"() {{ ret void }}'
+            for each in self._final_module.functions
+            if not each.is_declaration and each.linkage == llvm.Linkage.external
+        )
+        return llvm.parse_assembly("\n".join(called))
 
     def finalize_with(self, part: _PartLibrary) -> None:
         part.link_into(self._final_module)
@@ -125,7 +150,9 @@ class _Flags(compiler.Flags):
         return self
 
     @classmethod
-    def equal_to(cls, flags: compiler.Flags) -> _Flags:
+    def of_parts(cls, flags: Any) -> _Flags:
+        """Return flags to compile a part with, which only kernels call."""
+        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
         return cls._known.setdefault(flags.summary(), cls(flags))
 
 
@@ -133,21 +160,8 @@ class _PartCompiler(compiler.Compiler):
     def __init__(
         self, typing: Any, target: Any, library: Any, args: Any, result: Any, flags: Any, names: Any
     ) -> None:
-        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
         library = _PartLibrary(target.codegen())
-        super().__init__(typing, target, library, args, result, _Flags.equal_to(flags), names)
-
-    def compile_extra(self, func: Any) -> Any:
-        """Translate a kernel; numba's own way if the text is not understood."""
-        _open.append(func)
-        try:
-            signature, descriptor = translate(func, self.state, _called)
-        except NotUnderstood:
-            return super().compile_extra(func)
-        finally:
-            _open.remove(func)
-        state = self.state
-        return _result(state.targetctx, signature, descriptor, state.library, None)
+        super().__init__(typing, target, library, args, result, _Flags.of_parts(flags), names)
 
 
 _open: list[Callable[..., Any]] = []  # kernels that wait for those that they call
@@ -159,8 +173,7 @@ def _called(thing: Any, kinds: tuple[Any, ...]) -> Any:
         return None
     if thing.py_func in _open:
         raise NotUnderstood("recursion")
-    thing.part.compile(kinds)
-    return thing.part.overloads[kinds]
+    return thing.part.compile(kinds)
 
 
 def _result(target: Any, signature: Any, descriptor: Any, library: Any, entry: Any) -> Any:
@@ -183,11 +196,11 @@ class _PartCache(kernel_cache.KernelCache):
 
     MARK = "-part"
 
-    def reduce(self, made: Any) -> Any:
+    def reduce(self, made: Any) -> bytes:
         made.fndesc.typemap = made.fndesc.calltypes = None
         for name, code in made.library.codes.items():
             kernel_cache.keep_code(name, code)
-        return made.signature, made.fndesc, list(made.library.codes)
+        return pickle.dumps((made.signature, made.fndesc, list(made.library.codes)))
 
     def rebuild(self, target: Any, payload: Any) -> Any:
         signature, descriptor, names = payload
@@ -211,6 +224,36 @@ class _Part(CPUDispatcher):
         )
         self._cache: Any = _PartCache(entry.py_func, entry.folder)
 
+    def compile(self, sig: Any) -> Any:
+        """Translate the kernel for some types; numba's own way if the text is not understood."""
+        args = tuple(sig)
+        if args in self.overloads:
+            return self.overloads[args]
+        made = self._cache.load_overload(args, self.targetctx)
+        if made is None:
+            _open.append(self.py_func)
+            try:
+                made = self.translated(args)
+            except NotUnderstood:
+                super().compile(args)
+                return self.overloads[args]
+            finally:
+                _open.remove(self.py_func)
+            self._cache.save_overload(args, made)
+        self.overloads[args] = made
+        return made
+
+    def translated(self, args: tuple[Any, ...]) -> Any:
+        """Translate the kernel, or say that its text is not understood."""
+        flags: Any = compiler.Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        state = SimpleNamespace(args=args, flags=_Flags.of_parts(flags))
+        target = state.targetctx = narrowed(self.targetctx, state.flags)
+        state.typingctx = target.typing_context
+        state.library = _PartLibrary(target.codegen())
+        signature, descriptor = translate(self.py_func, state, _called)
+        return _result(target, signature, descriptor, state.library, None)
+
     def add_overload(self, made: Any) -> None:
         self.overloads[tuple(made.signature.args)] = made
 
@@ -220,6 +263,12 @@ class _Part(CPUDispatcher):
         name = object()
         made.target_context.insert_user_function(name, made.fndesc, [made.library])
         return name
+
+
+@cache
+def narrowed(target: Any, flags: _Flags) -> Any:
+    """Numba's target for some flags: one for all kernels that have these."""
+    return compiler._make_subtarget(target, flags)
 
 
 def _as_numba_calls(made: Any) -> Any:
@@ -299,8 +348,8 @@ class Kernel(CPUDispatcher):
         with global_compiler_lock:
             _believe_in_blas()
             self.targetctx.refresh()  # not before: what was compiled runs without it
-        self.part.compile(args)
-        return _as_numba_calls(self.part.overloads[args])
+            self.typingctx.refresh()
+            return _as_numba_calls(self.part.compile(args))
 
     @property
     def _numba_type_(self) -> Any:

@@ -52,7 +52,7 @@ BOTH_SLIP = 2
 TIE = 64.0
 
 
-@kernel
+@kernel(short_loops=True)
 def advance_orbits(
     laws: Floats,
     orbits: Floats,

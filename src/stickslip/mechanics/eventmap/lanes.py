@@ -6,14 +6,13 @@ import math
 import threading
 from functools import cached_property
 from types import ModuleType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, held_for
 from stickslip.mechanics.eventmap.records import (
     START,
-    UNTOLD,
     Controls,
     Outputs,
     Pools,
@@ -174,12 +173,15 @@ class LaneBackend(BatchBackend):
     def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
         """Values at each d, and slopes."""
         slopes = np.empty(d.size) if slope else NO_SLOPE
-        told = new_outputs(d.shape, 0) if watch and self.lanes.pair is None else None
+        outputs = new_outputs((0,), 0)
+        if watch:  # room for what lanes tell, or who carries what they passed on
+            rooms: Any = (np.zeros(d.size, each.dtype) for each in outputs[2:])
+            outputs = Outputs(*outputs[:2], *rooms)
+        told = outputs if watch and self.lanes.pair is None else None
         values, passed = self._by_lanes(d, slopes, told=told)
         if watch:  # also why motions do not return
-            told = told or new_outputs(d.shape, 0)._replace(margin=np.full(d.size, UNTOLD))
-            passed = np.flatnonzero(np.isnan(values) | (told.margin < 0.0))
-        outputs = (told or new_outputs((0,), 0))._replace(value=values, derivative=slopes[:, None])
+            passed = np.flatnonzero(np.isnan(values) | (told is None or told.margin < 0.0))
+        outputs = outputs._replace(value=values, derivative=slopes[:, None])
         if passed.size > 0:
             served = ~np.isnan(values[passed])
             missed = slope and not served.all()
