@@ -1,4 +1,4 @@
-"""A user's program: what it calls has types that a strict checker can use (test_types.py)."""
+"""A user's program: what it calls has types that a strict checker can use (`make types`)."""
 
 from collections.abc import Sequence
 from pathlib import Path
