@@ -220,6 +220,7 @@ def test_where_breaks_accumulate_less_is_resolved_and_the_list_says_so():
     assert_same(found, [(item.value, item.period) for item in alone])
 
 
+@pytest.mark.slow
 def test_breaks_that_accumulate_between_the_first_looks_are_told_too():
     # As above, but only near a value that is neither an end of the range nor its middle.
     def turns(x, mu):
@@ -354,10 +355,10 @@ SHIFT = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-1, 1), parameters={"mu": 0
     ("f", "name", "ends", "kind"),
     [
         (LOGISTIC, "r", (3.8, APPEARS), "fold"),
-        (LOGISTIC, "r", (APPEARS, 3.84), "fold"),
+        *slow((LOGISTIC, "r", (APPEARS, 3.84), "fold")),
         (LOGISTIC, "r", (0.5, 1.0), "transcritical"),
-        (LOGISTIC, "r", (1.0, 1.5), "transcritical"),
-        (skew_tent(0.37), "height", (0.86, CORNER_PERIODIC), "border_collision"),
+        *slow((LOGISTIC, "r", (1.0, 1.5), "transcritical")),
+        *slow((skew_tent(0.37), "height", (0.86, CORNER_PERIODIC), "border_collision")),
         (skew_tent(0.37), "height", (CORNER_PERIODIC, 0.92), "border_collision"),
         (SHIFT, "mu", (0.3, 0.5), "enters_gap"),
     ],
@@ -377,7 +378,7 @@ def test_a_range_as_narrow_as_rounding_about_a_flip_is_not_halved_for_ever(half)
     assert not found.unresolved or half < 1e-8
 
 
-@pytest.mark.parametrize("half", [1e-9, 1e-14, *slow(1e-6, 1e-7, 1e-12)])
+@pytest.mark.parametrize("half", [1e-14, *slow(1e-6, 1e-7, 1e-9, 1e-12)])
 def test_a_range_as_narrow_as_rounding_about_a_fold_is_not_halved_for_ever(half):
     fold = bifurcations(LOGISTIC, "r", (APPEARS - half, APPEARS + 1.3 * half), max_period=3)
     assert_same(fold, [(APPEARS, 3)])
@@ -396,7 +397,7 @@ def test_attractors_beyond_the_longest_period_are_told():
     assert f"{apart.max():.3g} apart" in repr(found)
 
 
-@pytest.mark.parametrize("ends", [(0.2, 0.9), pytest.param((0.435, 0.445), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ends", [(0.2, 0.9), *slow(((0.435, 0.445),))])
 def test_attractors_beside_a_collision_do_not_hang_on_the_range(ends):
     # A cycle of period 2 ends 9e-4 below the collision; chaos goes on to a crisis 6e-5 above it.
     f = ss.PiecewiseMap(
