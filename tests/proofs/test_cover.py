@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from tests.sizes import sizes
+from tests.sizes import sizes, slow
 
 pytest.importorskip("flint", reason="needs the extra 'certify'")
 
@@ -101,7 +101,9 @@ FORGERIES = [
     (lambda d: d["cells"].append(["0.6", "0.9", 0]), "not in the domain"),
     (lambda d: d["cells"].append(["0.3", "0.2", 0]), "lower end"),
     (lambda d: d["cells"].append(["0.2", "0.3", 2]), "attractor 2"),
-    (lambda d: d["cells"].append(["0.0886", "0.0887", 0]), "not shown to be mapped"),  # holds U1
+    *slow(
+        (lambda d: d["cells"].append(["0.0886", "0.0887", 0]), "not shown to be mapped")
+    ),  # holds U1
     (lambda d: d.update(parameter="V"), "go together"),
     (lambda d: d["system"].update(V="0.0372"), "itinerary|contracted|mapped|told"),
 ]

@@ -1,15 +1,20 @@
 """Curves of orbits that cross, transcritical or as a pitchfork, against closed forms."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from tests.analysis import known_maps as examples
 from tests.sizes import slow
 
 import stickslip as ss
-from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.bifurcations import bifurcations as lists
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.branches.along.tracked import ConditionLost
+
+# Fewer than by default: what lies between lists is found all the same.
+bifurcations = partial(lists.bifurcations, n_lists=6)
 
 SHARP = 1e-13  # of located values
 

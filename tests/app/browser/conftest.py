@@ -229,7 +229,7 @@ class Explorer:
 @pytest.fixture(scope="session")
 def collision():
     """The bifurcation of the first preset's diagram, as the library finds it."""
-    (found,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
+    (found,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372), n_lists=6)
     return found
 
 
