@@ -28,15 +28,13 @@ NEAR_BIRTH = 1e-9  # where a small step of Newton's method is taken for exact
 @pytest.fixture(scope="module")
 def doubling():
     """Logistic map from a stable fixed point into chaos."""
-    return bifurcation_diagram(logistic(), "r", np.linspace(2.9, 3.7, 161), max_period=4, n_lists=6)
+    return bifurcation_diagram(logistic(), "r", np.linspace(2.9, 3.7, 161), max_period=4)
 
 
 @pytest.fixture(scope="module")
 def window():
     """Logistic map around the birth of its 3-cycles."""
-    return bifurcation_diagram(
-        logistic(), "r", np.linspace(3.80, 3.86, 121), max_period=3, n_lists=6
-    )
+    return bifurcation_diagram(logistic(), "r", np.linspace(3.80, 3.86, 121), max_period=3)
 
 
 def test_one_survey_serves_a_diagram_and_a_list():
