@@ -116,7 +116,7 @@ format: $(STAMPS)/dev
 
 types: $(STAMPS)/dev
 	$(PY) -m mypy
-	$(PY) -m mypy --strict tests/house/program.py
+	$(PY) -m mypy tests/house/program.py
 
 # The explorer's JavaScript; needs node and npm, and is told as skipped without.
 page: $(STAMPS)/dev

@@ -1,5 +1,7 @@
 """A user's program: what it calls has types that a strict checker can use (`make types`)."""
 
+# mypy: warn-return-any
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import assert_type
