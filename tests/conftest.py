@@ -1,5 +1,6 @@
 """Settings of the whole suite."""
 
+import gc
 import os
 import sys
 from contextlib import contextmanager
@@ -23,6 +24,17 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 # The cores are the suite's own workers': tests/numerics/test_processes.py starts processes itself.
 os.environ.setdefault("LOKY_MAX_CPU_COUNT", "1")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Collect without the collector of cycles: no test is garbage, and it reads them all."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 @pytest.hookimpl(trylast=True)  # what is deselected has gone

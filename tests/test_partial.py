@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from tests.analysis.known_maps import logistic
+from tests.sizes import slow
 
 import stickslip as ss
 
@@ -89,7 +90,7 @@ def test_interrupted_attractors_of_the_plane_keep_what_was_found():
     assert f"interrupted: {found.unfollowed} not followed" in repr(found)
 
 
-@pytest.mark.parametrize("after", [-1.0, 0.0, 0.3, 0.49, 0.55])
+@pytest.mark.parametrize("after", [-1.0, 0.3, 0.55, *slow(0.0, 0.49)])
 def test_interrupted_basins_prove_less_and_say_so(after):
     whole, found = ss.basins(CUBIC), ss.basins(CUBIC, progress=Interrupt(after), partial=True)
     shares = [found.share(k) for k in range(len(found.attractors))]

@@ -52,14 +52,16 @@ def test_all_of_its_domain_leaves(nowhere):
     ("f", "name", "ends"), [(MODEL, "V", (0.03, 0.04)), (USERS, "r", (-2, -1))]
 )
 def test_nothing_happens_along_a_parameter(f, name, ends):
-    diagram = ss.bifurcation_diagram(f, name, np.linspace(*ends, 4), max_period=2)
+    diagram = ss.bifurcation_diagram(f, name, np.linspace(*ends, 4), max_period=2, n_lists=6)
     assert diagram.orbits == ()
-    assert len(ss.bifurcations(f, name, ends, max_period=2)) == 0
+    assert len(ss.bifurcations(f, name, ends, max_period=2, n_lists=6)) == 0
 
 
 def test_branches_come_and_go_along_a_parameter_down_to_none():
     model = ss.examples.coulomb(damping=2.0)
     few = [len(ss.branches(model.replace(V=V))) for V in (0.005, 0.03, 0.1)]
     assert few == [4, 1, 0]
-    diagram = ss.bifurcation_diagram(model, "V", np.linspace(0.005, 0.1, 4), max_period=2)
+    diagram = ss.bifurcation_diagram(
+        model, "V", np.linspace(0.005, 0.1, 4), max_period=2, n_lists=6
+    )
     assert diagram.unresolved == ()

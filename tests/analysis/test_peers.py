@@ -72,7 +72,7 @@ def resonance(alpha, x):
 
 @functools.cache
 def cascade():
-    found = ss.bifurcations(logistic(), "r", (2.9, 3.566), max_period=8)
+    found = ss.bifurcations(logistic(), "r", (2.9, 3.566), max_period=8, n_lists=6)
     return {item.period: item for item in found if item.kind == "flip"}
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.app.talk import CHAIN, COULOMB
 from tests.mechanics.eventmap.unequal import pair
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.app.as_python import TEXTS, as_python
@@ -59,8 +60,8 @@ ENDS = {"parameter": "V", "range": [0.03, 0.04], "values": 4, "max_period": 2}
         {"view": "cobweb", "d": 0.1, "n": 10},
         {"view": "motion", "d": 0.1, "t_end": 20.0},
         {"view": "basins"},
-        {"view": "diagram", **ENDS},
         {"view": "diagram", **ENDS, "window": [-0.1, 0.1]},
+        *slow({"view": "diagram", **ENDS}),
     ],
     ids=lambda asked: "-".join(map(str, list(asked.values())[:1] + list(asked)[1:])),
 )

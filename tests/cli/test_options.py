@@ -311,5 +311,5 @@ def test_the_map_of_two_blocks_that_are_not_equal(file, capsys):
 def test_a_report_on_two_blocks_that_are_not_equal(file, tmp_path):
     file(pair(ss.Coulomb(mu=0.22), 0.0366, damped=True))
     asked = "bifurcations --model mine.toml --parameter V --range 0.0341 0.0343 --max-period 1"
-    assert main([*asked.split(), "--out", "told"]) == 0
+    assert main([*asked.split(), "--values", "5", "--out", "told"]) == 0
     assert "border collision" in (tmp_path / "told" / "report.md").read_text()

@@ -246,16 +246,11 @@ def test_every_point_has_a_row_and_nothing_else_does():
     assert list(table) == names
 
 
-def test_picture_and_points_through_the_real_program(here, diagram):
+def test_a_picture_and_its_points(here, diagram, capsys):
     write_model(ss.examples.coulomb(V=0.05), here / "mine.toml")  # its V does not matter
     command = f"diagram --model mine.toml {DIAGRAM} --out fig.svg --csv points.csv"
-    done = subprocess.run(
-        [sys.executable, "-m", "stickslip.cli", *command.split()],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stdout) == (0, "fig.svg\npoints.csv\n"), done.stderr
+    assert main(command.split()) == 0
+    assert capsys.readouterr().out == "fig.svg\npoints.csv\n"
     assert sorted(path.name for path in here.iterdir()) == ["fig.svg", "mine.toml", "points.csv"]
     assert (here / "fig.svg").read_bytes().startswith(SIGNATURES["svg"])
     rows = list(csv.DictReader(io.StringIO((here / "points.csv").read_text())))

@@ -10,6 +10,7 @@ import sys
 import textwrap
 
 import pytest
+from tests.sizes import slow
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX systems")
 
@@ -278,7 +279,7 @@ def in_shell(command):
 
 
 @SHELL
-@pytest.mark.parametrize("command", ["doctor", "--version", "map --help", "study"])
+@pytest.mark.parametrize("command", ["map --help", "study", *slow("doctor", "--version")])
 @pytest.mark.parametrize("place", [">&-", ">/dev/full"])
 def test_a_result_that_cannot_be_written_is_an_error(command, place):
     if "full" in place and not os.path.exists("/dev/full"):

@@ -22,6 +22,8 @@ SCRIPTS = sorted([*(DOCS / "tutorials").glob("*.py"), *(DOCS / "gallery").glob("
 LONG = {
     *("proven_basins", "proven_branches", "measured-laws", "measured_friction"),
     *("own_law", "own_map", "reading_a_bifurcation"),
+    *("parameter_plane", "bifurcation_curve", "bifurcations", "two_bifurcations"),
+    *("api", "from_a_record", "chain_of_blocks", "return_region"),
 }
 NEEDS_A_GPU = {"gpu.md"}
 PAGES = [

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.identification.terms import FEW, term_of
@@ -46,7 +47,7 @@ def test_an_oscillator_is_recovered_from_thirty_per_cent_off(factor: float) -> N
 
 
 @pytest.mark.parametrize("pieces", [None, 5])
-@pytest.mark.parametrize("zero", [0.3, -20.0])
+@pytest.mark.parametrize("zero", [-20.0, *slow(0.3)])
 def test_a_sensor_may_count_from_anywhere(zero: float, pieces: int | None) -> None:
     seen = record(BLOCK, x=[0.0], v=[0.0])
     names = ("mu", "speed")
@@ -542,8 +543,9 @@ def test_a_profile_tells_what_is_open_to_one_side() -> None:
 
 @pytest.mark.parametrize("sigma", [None, 0.01])
 def test_a_model_that_does_not_tell_the_data_is_told(sigma: float | None) -> None:
-    noise = np.random.default_rng(3).normal(size=len(T))
-    found = ss.fit(BLOCK, ss.Record(T, noise, sigma=sigma), ["mu"])
+    t = T[:60]
+    noise = np.random.default_rng(3).normal(size=len(t))
+    found = ss.fit(BLOCK, ss.Record(t, noise, sigma=sigma), ["mu"])
     assert not found.tells
     assert "does not tell these data" in found.message
 

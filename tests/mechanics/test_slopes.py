@@ -129,7 +129,7 @@ def test_maps_of_chains(name: str, n: int, least: int) -> None:
     assert judged > least
 
 
-@pytest.mark.parametrize(("n", "least"), sizes((3, 7), (16, 40)))
+@pytest.mark.parametrize(("n", "least"), sizes((2, 4), (16, 40)))
 def test_return_maps_of_random_structures(n: int, least: int) -> None:
     judged = 0
     for seed in range(200, 200 + n):
@@ -139,7 +139,7 @@ def test_return_maps_of_random_structures(n: int, least: int) -> None:
     assert judged > least
 
 
-@pytest.mark.parametrize("n", sizes(1, 2))
+@pytest.mark.parametrize("n", sizes(1, 4))
 def test_return_maps_of_shaken_blocks_next_to_their_breaks(n: int) -> None:
     rng, judged = np.random.default_rng(35), 0
     for _ in range(n):
@@ -150,10 +150,10 @@ def test_return_maps_of_shaken_blocks_next_to_their_breaks(n: int) -> None:
         )
         f: Any = ss.return_map(model)
         jumps = [found.d for found in ss.breakpoints(f) if found.kind == "jump"]
-        for d in rng.permutation(jumps)[:2]:
+        for d in rng.permutation(jumps)[:1]:
             for near in (-1e-3, -1e-5, 1e-5, 1e-3):
                 judged += check_map(f, d + near, abs(near) / 5)
-    assert judged > 10 * n
+    assert judged > 5 * n
 
 
 def cycles() -> Iterator[Any]:

@@ -124,7 +124,7 @@ def test_what_cannot_be_drawn_is_told(arguments, words):
 def test_the_raster_of_periods_agrees_with_the_exact_curve(tmp_path):
     # The paper's S4 ends where block 2 grazes; followed in alpha, between cells of 3e-6 in V.
     model = ss.examples.coulomb()
-    (collision,) = ss.bifurcations(model, "V", (0.0369, 0.0371), max_period=4)
+    (collision,) = ss.bifurcations(model, "V", (0.0369, 0.0371), max_period=4, n_lists=6)
     exact = ss.follow(collision, "alpha", (1.1998, 1.2002), solve_for="V")
     found = ss.sweep(
         model,

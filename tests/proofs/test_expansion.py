@@ -89,10 +89,12 @@ def test_a_forged_expansion_is_refused(change, reason):
     ("system", "d", "reason"),
     [
         (ss.examples.coulomb(), 0.28, "expand|slope"),  # S4 attracts
-        (
-            ss.TwoBlock(alpha=3.007, beta=0.6146, V=0.0199, friction=ss.Coulomb(mu=0.542)),
-            -0.03,
-            "slope",  # the band has a fold
+        *slow(
+            (
+                ss.TwoBlock(alpha=3.007, beta=0.6146, V=0.0199, friction=ss.Coulomb(mu=0.542)),
+                -0.03,
+                "slope",  # the band has a fold
+            )
         ),
     ],
 )

@@ -31,8 +31,9 @@ FAST, MANY = 100, 3000  # mutants of each kind
 LONGEST = {"own list": 8}  # of its orbits; the check of longer ones takes minutes
 SLOW = {
     "horseshoe": 3,
-    "list": 10,
+    "list": 5,
     "border": 10,
+    "branch": 25,
     "lost": 12,
     "curves": 12,
     "basins": 5,

@@ -8,6 +8,7 @@ from tests.reference.coulomb import Coulomb
 from tests.reference.law9 import Polynomial, Smooth
 from tests.reference.laws import PoppStelter, Stribeck, Viscous
 from tests.reference.motion import OK, sensitivity
+from tests.sizes import slow
 
 PAPER = Smooth(1.208, 1.301, 0.295, PoppStelter(3.0))
 
@@ -68,7 +69,7 @@ def test_constant_friction_gives_the_closed_forms():
     assert compared > 30
 
 
-@pytest.mark.parametrize("d", [0.0, pytest.param(-0.3, marks=pytest.mark.slow), 0.4, 0.66])
+@pytest.mark.parametrize("d", [0.0, 0.66, *slow(-0.3, 0.4)])
 def test_without_weakening_law_9_is_coulomb_with_full_friction(d):
     # gamma = 0: touches of the belt at R = limit, outward, that do not stick
     smooth = Smooth(1.2, 1.3, 0.0366, PoppStelter(0.0)).motion(d, max_events=20)

@@ -117,7 +117,7 @@ class Samples:
 
     def make_BifurcationList(self):
         f = self.systems["BifurcationList"]
-        return ss.bifurcations(f, "r", (2.9, 3.56), max_period=2)
+        return ss.bifurcations(f, "r", (2.9, 3.56), max_period=2, n_lists=6)
 
     def make_Bifurcation(self):
         return self["BifurcationList"][0]

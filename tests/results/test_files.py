@@ -345,7 +345,7 @@ def test_a_suffix_that_cannot_be_written_is_refused_with_those_that_can(tmp_path
 
 def test_a_result_with_a_table_may_be_saved_as_csv(tmp_path):
     f = examples.logistic(3.0)
-    found = bifurcations(f, "r", (2.9, 3.1), max_period=1)
+    found = bifurcations(f, "r", (2.9, 3.1), max_period=1, n_lists=6)
     found.save(tmp_path / "found.csv")
     with (tmp_path / "found.csv").open(newline="") as stream:
         (row,) = csv.DictReader(stream)

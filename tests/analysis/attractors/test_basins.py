@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from tests.analysis.known_maps import border_collision, logistic, square_root, tent_with_hole
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.analysis.attractors.attractors import attractors
@@ -96,10 +97,9 @@ class TestBistableCubic:
 @pytest.mark.parametrize(
     "f",
     [
-        cubic(1.5),
         cubic(2.5),
         border_collision(a=0.5, b=0.5, mu=-0.5, jump=1.0),
-        border_collision(a=0.5, b=-1.5, mu=1.0),
+        *slow(cubic(1.5), border_collision(a=0.5, b=-1.5, mu=1.0)),
         border_collision(a=-1.4, b=-0.5, mu=-0.2, jump=0.7),
         square_root(),
         cut_logistic(),

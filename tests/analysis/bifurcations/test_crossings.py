@@ -1,14 +1,20 @@
 """Curves of orbits that cross, transcritical or as a pitchfork, against closed forms."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from tests.analysis import known_maps as examples
+from tests.sizes import slow
 
 import stickslip as ss
-from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.analysis.bifurcations import bifurcations as lists
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.branches.along.tracked import ConditionLost
+
+# Fewer than by default: what lies between lists is found all the same.
+bifurcations = partial(lists.bifurcations, n_lists=6)
 
 SHARP = 1e-13  # of located values
 
@@ -34,7 +40,9 @@ def test_the_fixed_points_of_the_logistic_map_change_places(lo, before):
     assert not found.unresolved
 
 
-@pytest.mark.parametrize(("c", "s", "t"), [(0.7, 0.5, -0.6), (-1.2, -0.3, 0.4), (0.9, 1.1, 0.2)])
+@pytest.mark.parametrize(
+    ("c", "s", "t"), [*slow((0.7, 0.5, -0.6)), (-1.2, -0.3, 0.4), (0.9, 1.1, 0.2)]
+)
 def test_two_orbits_that_both_move_cross(c, s, t):
     # x + c (x - a)(x - b): fixed points a = s q and b = t (q - 1/4), multipliers 1 ± c (a - b).
     f = family(lambda x, q: x + c * (x - s * q) * (x - t * (q - 0.25)), q=0.1)
@@ -84,7 +92,7 @@ def test_a_cycle_of_a_symmetric_map_loses_its_symmetry():
     assert not found.unresolved
 
 
-@pytest.mark.parametrize("off", [1e-3, 1e-6])
+@pytest.mark.parametrize("off", [1e-6, *slow(1e-3)])
 def test_what_only_almost_crosses_is_a_fold(off):
     # r x - x^3 + off folds where x^3 = off / 2.
     f = family(lambda x, r: r * x - x**3 + off, r=0.9)

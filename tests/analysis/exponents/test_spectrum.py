@@ -19,7 +19,7 @@ from tests.analysis.known_maps_nd import (
     standard,
     towel,
 )
-from tests.sizes import sizes
+from tests.sizes import sizes, slow
 
 import stickslip as ss
 from stickslip.analysis.attractors.lyapunov import lyapunov_exponent
@@ -132,9 +132,9 @@ def test_a_cycle_has_the_exponents_of_its_multipliers():
     ("f", "start", "expected", "dimension"),
     [
         (henon(), (0.1, 0.1), (0.41922, -1.62319), 1.25827),
-        (lozi(), (-0.1, 0.1), (0.46987, -1.16302), 1.40401),
+        *slow((lozi(), (-0.1, 0.1), (0.46987, -1.16302), 1.40401)),
         (ikeda(), (0.1, 0.1), (0.50760, -0.71832), 1.70665),
-        (delayed_logistic(2.27), (0.6, 0.6), (0.18312, -1.24199), 1.14744),
+        *slow((delayed_logistic(2.27), (0.6, 0.6), (0.18312, -1.24199), 1.14744)),
     ],
     ids=["henon", "lozi", "ikeda", "delayed logistic"],
 )

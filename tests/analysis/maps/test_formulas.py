@@ -54,7 +54,9 @@ def test_what_is_found_is_found_alike():
     f, g = by_formulas(), by_callables()
     for ours, theirs in zip(ss.periodic_orbits(f, 4), ss.periodic_orbits(g, 4), strict=True):
         assert np.allclose(ours.points, theirs.points, rtol=1e-12)
-    ours, theirs = (ss.bifurcations(each, "a", (0.3, 0.6), max_period=3) for each in (f, g))
+    ours, theirs = (
+        ss.bifurcations(each, "a", (0.3, 0.6), max_period=3, n_lists=6) for each in (f, g)
+    )
     assert [b.kind for b in ours] == [b.kind for b in theirs]
     assert np.allclose([b.value for b in ours], [b.value for b in theirs], rtol=1e-9)
 

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+import stickslip as ss
+
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 FLAGS = (
     "--no-sandbox",
@@ -222,6 +224,13 @@ class Explorer:
         if SHOTS.is_dir():
             self.settle(*slots)
             self.page.screenshot(path=SHOTS / f"{re.sub(r'[^a-z0-9]+', '-', name.lower())}.png")
+
+
+@pytest.fixture(scope="session")
+def collision():
+    """The bifurcation of the first preset's diagram, as the library finds it."""
+    (found,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372), n_lists=6)
+    return found
 
 
 @pytest.fixture(scope="session")

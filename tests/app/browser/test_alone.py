@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tests.app.browser.conftest import Explorer
 from tests.app.browser.test_looks import violations
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.app import live
@@ -134,9 +135,9 @@ def by_period(orbits):
 @pytest.mark.parametrize(
     ("preset", "parameter", "value"),
     [
-        *(("coulomb", "V", V) for V in (0.1441, 0.037027, 0.0367, 0.03696, 0.03697, 0.036975)),
-        ("coulomb", "V", COLLISION - 1e-6),
-        ("law9", "alpha", 1.2095),  # beside a border collision and a flip
+        *(("coulomb", "V", V) for V in (0.1441, 0.037027, COLLISION - 1e-6)),
+        *slow(*(("coulomb", "V", V) for V in (0.0367, 0.03696, 0.03697, 0.036975))),
+        *slow(("law9", "alpha", 1.2095)),  # beside a border collision and a flip
     ],
 )
 def test_orbits_and_breaks_are_the_library_s(alone, preset, parameter, value):

@@ -21,11 +21,10 @@ def sentence(explorer, panel):
     return explorer.panel(panel).locator(".sentence").text_content()
 
 
-def test_a_sentence_says_what_is_seen(explorer):
+def test_a_sentence_says_what_is_seen(explorer, collision):
     explorer.settle("diagram", "basins", "power")
     assert all(len(sentence(explorer, view)) > 20 for view in VIEWS)
     assert "S1 and S4 attract, 2 repel" in sentence(explorer, "map")
-    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
     assert f"{collision.value:.8g}: border collision" in sentence(explorer, "diagram")
     shares = [float(x) for x in re.findall(r"([\d.]+) %", sentence(explorer, "basins"))]
     assert sum(shares) == pytest.approx(100, abs=0.2)
@@ -188,9 +187,8 @@ def test_the_tour_shows_what_it_speaks_of(explorer):
     explorer.page.get_by_role("button", name="Done").click()
 
 
-def test_the_tour_says_what_the_library_finds():
+def test_the_tour_says_what_the_library_finds(collision):
     text = (files("stickslip.app") / "static" / "tour.js").read_text(encoding="utf-8")
-    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
     assert f"V = {collision.value:.6f}" in text
     jumps = ss.breakpoints(ss.examples.coulomb(V=0.0369))
     (graze,) = [one for one in jumps if "block 2 grazes" in one.mechanism]
@@ -209,7 +207,7 @@ def test_the_tour_says_what_the_library_finds():
     assert [f"{one.value:.5f}" in text for one in found] == [True, True]
 
 
-def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer):
+def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer, collision):
     explorer.settle("diagram")
     explorer.page.keyboard.press("o")
     table = explorer.panel("table")
@@ -221,7 +219,6 @@ def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer):
     assert explorer.page.evaluate("() => document.activeElement.className") == "name"
     explorer.page.keyboard.press("ArrowDown")
     assert " at d = " in explorer.page.evaluate("() => document.activeElement.ariaLabel")
-    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
     table.get_by_label("Go to BC").click()
     assert explorer.settle().state["model"]["V"] == pytest.approx(collision.value, rel=1e-9)
     table.get_by_label("Just before BC").click()
@@ -241,14 +238,13 @@ def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer):
     assert explorer.panel("plane").is_visible()
 
 
-def test_a_click_on_a_mark_snaps_to_it(explorer):
+def test_a_click_on_a_mark_snaps_to_it(explorer, collision):
     (four,) = ss.periodic_orbits(ss.examples.coulomb(), period=4)
     x, y = explorer.spot("map", four.points[0], four.points[1])
     explorer.page.mouse.click(x + 3, y + 2)
     explorer.page.wait_for_timeout(300)
     assert explorer.settle().state["d"] == pytest.approx(min(four.points), rel=1e-9)
     explorer.settle("diagram")
-    (collision,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0366, 0.0372))
     x, y = explorer.spot("diagram", collision.value, collision.points[0])
     explorer.page.mouse.click(x - 3, y + 2)
     explorer.page.wait_for_timeout(300)

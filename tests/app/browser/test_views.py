@@ -119,7 +119,7 @@ def test_starts_that_end_nowhere_have_a_name(explorer):
     explorer.open()  # what was forged is forgotten
 
 
-def test_orbits_through_jumps_are_curves(explorer):
+def test_orbits_through_jumps_are_curves(explorer, collision):
     """As many as the library lists; the one that meets S4 ends where it does."""
     explorer.settle("diagram")
     strands = explorer.view("diagram", "view.throughJumps")
@@ -131,7 +131,6 @@ def test_orbits_through_jumps_are_curves(explorer):
     ended = sorted(s["ys"][-1] for s in strands if s["xs"][-1] == ENDS[1])
     assert begun == pytest.approx(first, rel=1e-9)
     assert ended == pytest.approx(last, rel=1e-9)
-    (collision,) = ss.bifurcations(MODEL, "V", ENDS)
     met = sorted(s["ys"][-1] for s in strands if s["xs"][-1] != ENDS[1])
     assert met == pytest.approx(sorted(collision.points), rel=1e-9)
     assert all(np.all(np.diff(s["xs"]) > 0) for s in strands)
@@ -186,8 +185,7 @@ def test_the_power_of_the_map(explorer):
     assert "S4" in explorer.point_at("power", four.points[0], four.points[0])
 
 
-def test_bifurcations_are_located_and_explained(explorer):
-    (collision,) = ss.bifurcations(MODEL, "V", (0.0366, 0.0372))
+def test_bifurcations_are_located_and_explained(explorer, collision):
     explorer.settle("diagram")
     tip = explorer.point_at("diagram", collision.value, collision.points[0])
     assert tip.startswith("BC: border collision, period 4 at 0.03697592")

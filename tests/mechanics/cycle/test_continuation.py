@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from tests.sizes import slow
 
 import stickslip as ss
 
@@ -206,7 +207,7 @@ def test_a_landing_without_speed_ends_a_stick_slip_cycle() -> None:
         ss.find_cycle(block.replace(damping=end.value + 1e-9), [0.0], [0.0])
 
 
-@pytest.mark.parametrize("phase", [1.0, 3.0, 4.0])
+@pytest.mark.parametrize("phase", [1.0, *slow(3.0, 4.0)])
 def test_events_of_a_forced_cycle_may_cross_the_phase_at_time_0(phase: float) -> None:
     """The section goes out of their way; a shift of the forcing shifts the cycle alone.
 

@@ -8,6 +8,7 @@ from functools import partial
 import mpmath
 import numpy as np
 import pytest
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.mechanics.cycle.cycle import Cycle
@@ -274,7 +275,7 @@ def slope(model, name: str, step: float, quantity, begin: Cycle, nodes: range) -
     return np.asarray(np.tensordot(np.linalg.inv(powers)[1], grown, 1) / step)
 
 
-@pytest.mark.parametrize("kind", ["one block", "two blocks", "forced"])
+@pytest.mark.parametrize("kind", ["one block", "forced", *slow("two blocks")])
 def test_derivatives_of_a_cycle_are_the_limits_of_differences(kind: str) -> None:
     law, forcing = ss.Stribeck(mu=0.5, speed=0.3), ss.Harmonic(amplitude=2.0, frequency=0.7)
     model, names = {

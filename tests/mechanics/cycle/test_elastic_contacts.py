@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.mechanics.flow.test_elastic_contacts import blade
+from tests.sizes import slow
 
 import stickslip as ss
 
@@ -57,7 +58,7 @@ def test_a_forced_cycle_is_a_point_of_the_stroboscopic_map_and_is_followed(mu: f
     np.testing.assert_allclose(there.x[0], beside.x[0], rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("start", [1.12, 1.075])
+@pytest.mark.parametrize("start", [1.075, *slow(1.12)])
 def test_a_cycle_is_followed_past_events_at_the_phase_of_its_section(start: float) -> None:
     # A foot comes to rest at its limit always, which is no change of modes: following ended there.
     model = ss.Structure(

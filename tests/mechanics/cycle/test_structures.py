@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from tests.sizes import slow
 
 import stickslip as ss
 
@@ -72,7 +71,8 @@ def test_what_turns_freely_is_told_its_speed_by_structures_in_positions_too() ->
     assert fast.x[0] - fast.x[1] == pytest.approx(law.force(fast.w[0]) / 2.0, rel=1e-13)
 
 
-@pytest.mark.parametrize("followed", [1, *slow(2)])
+@pytest.mark.slow  # tests/studies/test_drill_string.py follows such cycles in every run
+@pytest.mark.parametrize("followed", [1, 2])
 def test_a_drill_string_sticks_and_slips_with_and_without_its_angle(followed: int) -> None:
     """Turning goes on for ever: a cycle comes back but for the common angle."""
     law = ss.Stribeck(mu=0.5, speed=0.5)

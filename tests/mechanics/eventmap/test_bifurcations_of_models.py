@@ -84,7 +84,7 @@ def test_a_mechanism_that_fails_costs_no_bifurcation(coulomb, monkeypatch):
 def test_a_window_and_a_map_give_the_same(coulomb):
     # The window holds U1 and U2, not S4.
     f = ss.event_map(ss.examples.coulomb())
-    inside = ss.bifurcations(f, "V", (0.0366, 0.0372), window=(0.05, 0.5), max_period=1)
+    inside = ss.bifurcations(f, "V", (0.0366, 0.0372), window=(0.05, 0.5), max_period=1, n_lists=6)
     assert len(inside) == 0
     assert [branch.period for branch in inside.curves] == [1, 1]
 

@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from tests.reference import blocks as reference
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip import status
@@ -72,7 +73,7 @@ def short_motions(model: ss.Blocks | ss.Chain, count: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize("kind", ["full", "chain of 3", "chain of 5"])
+@pytest.mark.parametrize("kind", ["full", *slow("chain of 3", "chain of 5")])
 def test_values_in_30_digits(name: str, kind: str) -> None:
     model = three_blocks(name) if kind == "full" else chain(name, int(kind[-1]))
     s, (_, law, _) = model.plant, LAWS[name]

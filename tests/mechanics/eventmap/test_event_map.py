@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 from tests.mechanics.flow.systems import (
@@ -22,6 +22,7 @@ from tests.reference.checks import by_solve_ivp
 from tests.reference.law9 import Smooth
 from tests.reference.laws import PoppStelter
 from tests.reference.values import COULOMB_JUMPS, COULOMB_ORBITS, LAW9_ORBITS
+from tests.sizes import tries
 
 import stickslip as ss
 from stickslip.analysis.maps.derived import windowed
@@ -38,7 +39,7 @@ def map_of(stepper: str, **settings):
 # --- what it is --------------------------------------------------------------------------------
 
 
-@settings(max_examples=60)
+@tries(12, 60)
 @given(model=models(COULOMB, LAW_9), share=st.floats(-1.0, 1.0))
 def test_the_image_lies_inside_the_domain(model, share):
     f = ss.event_map(model, threads=1, max_events=300)

@@ -28,7 +28,7 @@ def orbits(f: EventMap) -> OrbitList:
 
 @pytest.fixture(scope="module")
 def collision() -> Bifurcation:
-    (found,) = ss.bifurcations(MODEL, "V", SPAN, max_period=1)
+    (found,) = ss.bifurcations(MODEL, "V", SPAN, max_period=1, n_lists=6)
     return found
 
 
@@ -110,7 +110,9 @@ def test_a_border_collision_and_its_curve(collision, f) -> None:
         assert len(ss.periodic_orbits(f.replace(V=V), 1)) >= count
     curve = ss.follow(collision, "mass_2", (1.99, 2.01), solve_for="V")
     V = curve.at(mass_2=2.005).value
-    (found,) = ss.bifurcations(MODEL.replace(mass_2=2.005), "V", (V - 1e-4, V + 1e-4), max_period=1)
+    (found,) = ss.bifurcations(
+        MODEL.replace(mass_2=2.005), "V", (V - 1e-4, V + 1e-4), max_period=1, n_lists=6
+    )
     assert found.value == pytest.approx(V, abs=1e-10)
 
 

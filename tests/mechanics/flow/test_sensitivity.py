@@ -119,7 +119,7 @@ def checked(  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize("law", ["coulomb", "law9"])
-@pytest.mark.parametrize("n", sizes(3, 6))
+@pytest.mark.parametrize("n", sizes(2, 6))
 def test_two_blocks(n: int, law: str) -> None:
     rng = np.random.default_rng(1)
     compared = 0
@@ -133,10 +133,11 @@ def test_two_blocks(n: int, law: str) -> None:
 
 
 @pytest.mark.parametrize("law", ["coulomb", "law9"])
-def test_two_blocks_next_to_grazing(law: str) -> None:
+@pytest.mark.parametrize("n", sizes(2, 3))
+def test_two_blocks_next_to_grazing(n: int, law: str) -> None:
     """States, events and slips of motions that all but lose, or have just won, a landing."""
     rng, compared, nearest = np.random.default_rng(6), 0, 1.0
-    for _ in range(3):
+    for _ in range(n):
         model = random_model(rng, law)
         f = ss.event_map(model, max_events=300)
         grazes = [found.d for found in ss.breakpoints(f) if "graz" in found.mechanism]
@@ -146,7 +147,7 @@ def test_two_blocks_next_to_grazing(law: str) -> None:
                 compared += checked(model, names, 12.0, **steps, d=d + near)
                 by = ss.simulate(model, d=d + near, t_end=12.0).derivative("d")
                 nearest = min(nearest, by.margin)
-    assert compared > 150
+    assert compared > 50 * n
     assert nearest < 1e-3
 
 
@@ -174,7 +175,7 @@ def test_forced_oscillators(n: int) -> None:
     assert compared > 37 * n
 
 
-@pytest.mark.parametrize(("n", "laws"), sizes((5, FEW_LAWS), (10, LAWS)))
+@pytest.mark.parametrize(("n", "laws"), sizes((2, FEW_LAWS), (10, LAWS)))
 @pytest.mark.parametrize("elastic", [False, True])
 def test_structures(elastic: bool, n: int, laws: tuple[ss.FrictionLaw, ...]) -> None:
     rng = np.random.default_rng(3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
@@ -58,6 +59,7 @@ def follow_equilibrium(
     values = np.union1d(np.linspace(low, high, N_VALUES), own)
     speeds = _followed(model, parameter, values, equilibrium.w)
 
+    @cache  # the searches below ask for all rows again
     def at(value: float) -> Equilibrium:
         w = [np.interp(value, values, column) for column in speeds.T]
         return _sliding(model.replace(**{parameter: value}), np.array(w))
@@ -65,16 +67,14 @@ def follow_equilibrium(
     def eigenvalues(value: float) -> NDArray[np.complex128]:
         return at(value).eigenvalues
 
-    every = [at(value) for value in values.tolist()]
-    points = np.array([each.x for each in every])
-    spectra = np.array([each.eigenvalues for each in every])
+    points = np.array([at(value).x for value in values.tolist()])
+    spectra = np.array([eigenvalues(value) for value in values.tolist()])
     events = []
     found = [("hopf", value) for value in crossings(eigenvalues, values)]
     found += [("flutter", value) for value in coalescences(eigenvalues, values)]
     for kind, value in sorted(found, key=lambda each: each[1]):
         here = at(value)
-        spectrum = here.eigenvalues
-        growing = spectrum[spectrum.imag > 0]
+        growing = here.eigenvalues[here.eigenvalues.imag > 0]
         critical = growing[[np.argmin(np.abs(growing.real))]]
         beside = [eigenvalues(value + sign * BESIDE * (high - low)) for sign in (-1, 1)]
         below, above = (

@@ -395,7 +395,7 @@ def test_rotation_numbers_of_circle_maps():
     locked = ss.rotation_number(_circle(0.5), [[0.1], [0.7]])
     assert np.allclose(locked.value, 0.5, rtol=1e-12, atol=1e-12)
     rho = ss.rotation_number(_circle(0.4), 0.3, 20_000)
-    x, n = 0.3, 200_000
+    x, n = 0.3, 50_000
     for _ in range(n):
         x += 0.4 + 0.9 / TURN * math.sin(TURN * x)
     assert abs(rho.value - (x - 0.3) / n) < 1.0 / n  # |F^n(x) - x - n rho| < 1 (Poincaré)

@@ -63,7 +63,7 @@ def test_a_symmetric_orbit_meets_both_jumps_at_once(slope, beyond, jump):
 
 def test_both_corners_at_once_give_twins():
     """On the quotient by the symmetry the corner doubles an orbit: here, two mirror images."""
-    found = ss.bifurcations(odd_map(0.5, -1.8, 0.0), "p", beside(0.5), max_period=2)
+    found = ss.bifurcations(odd_map(0.5, -1.8, 0.0), "p", beside(0.5), max_period=2, n_lists=6)
     (item,) = found
     assert not found.unresolved
     assert item.value == pytest.approx(0.5, abs=SHARP)
@@ -76,7 +76,9 @@ def test_both_corners_at_once_give_twins():
 
 def test_without_the_symmetry_one_break_comes_first():
     twist = 1e-6
-    found = ss.bifurcations(odd_map(0.5, 0.3, 1.2, twist), "p", beside(0.5), max_period=2)
+    found = ss.bifurcations(
+        odd_map(0.5, 0.3, 1.2, twist), "p", beside(0.5), max_period=2, n_lists=6
+    )
     (item,) = [b for b in found if b.points == pytest.approx([-1, 1], abs=1e-5)]
     assert item.value == pytest.approx(0.5, abs=SHARP)
     assert item.condition.others == ()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from tests.analysis.known_maps import logistic, tent
+from tests.sizes import slow
 
 import stickslip as ss
 from stickslip import examples
@@ -105,7 +106,8 @@ def test_a_cascade_is_followed_from_a_coarse_grid():
     "ends",
     [
         (3.5136961687321455, 3.6853957342752777),  # the first cut is in a window of long period
-        (3.4798696132818923, 3.693439897559127),  # no end is chaotic: the second is in a window
+        # no end is chaotic: the second is in a window
+        *slow(((3.4798696132818923, 3.693439897559127),)),
     ],
 )
 def test_windows_of_long_period_hide_no_merging(ends):

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.sizes import slow
 
 from stickslip import examples
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
@@ -83,7 +84,10 @@ def test_grazing_orbit_of_period_four(coulomb, grazing):
 
 @pytest.mark.parametrize(
     ("along", "ends", "others"),
-    [("alpha", (1.198, 1.204), (1.1993, 1.2027)), ("beta", (1.296, 1.304), (1.2975, 1.3031))],
+    [
+        ("alpha", (1.198, 1.204), (1.1993, 1.2027)),
+        *slow(("beta", (1.296, 1.304), (1.2975, 1.3031))),
+    ],
 )
 def test_grazing_over_alpha_and_beta(coulomb, grazing, along, ends, others):
     curve = follow(coulomb, grazing, "V", V_STAR, along=along, range=ends, solve_for="V")

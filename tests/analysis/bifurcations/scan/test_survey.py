@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.analysis import known_maps as examples
-from tests.sizes import slow
+from tests.sizes import sizes, slow
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.explain import concerned_orbits
@@ -220,7 +220,7 @@ def test_orbits_pass_a_corner_that_no_label_shows():
     assert not survey.unresolved
 
 
-@pytest.mark.parametrize("n_lists", [3, 24])
+@pytest.mark.parametrize("n_lists", sizes(3, 24))
 def test_breaks_that_move_past_resting_orbits_without_a_label(n_lists):
     # Nothing but the jump depends on the parameter: fixed points, and orbits of period 2 beside it.
     f = ss.PiecewiseMap(
