@@ -14,7 +14,6 @@ import numpy as np
 from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_at_discontinuities
 from stickslip.analysis.branches.discontinuities import (
     ACCUMULATE,
-    WIDE,
     Unresolved,
     find_discontinuities,
 )
@@ -24,7 +23,7 @@ from stickslip.analysis.branches.laps import (
     split_at_smooth,
     tabulate_laps,
 )
-from stickslip.analysis.branches.mesh import Mesh
+from stickslip.analysis.branches.mesh import WIDE, Mesh
 from stickslip.analysis.branches.pieces import (
     Hints,
     TooManyPiecesError,
