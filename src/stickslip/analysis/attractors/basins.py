@@ -23,7 +23,6 @@ from stickslip.analysis.attractors.basin_pieces import (
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial, find_basins
 from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
 from stickslip.analysis.attractors.lyapunov import perturbed
-from stickslip.analysis.branches.discontinuities import LONG_MOTIONS
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
@@ -85,7 +84,7 @@ class Basins(Result):
     resolution : float
         Length below which undecided pieces were not refined.
     reason : str
-        Why a share is undecided, or what was not resolved; empty if nothing is open.
+        Why a share is undecided; empty if none is.
 
     Notes
     -----
@@ -298,7 +297,6 @@ def basins(
         if found is None
         else instance("found", found, AttractorList, "the result of ss.attractors(f)")
     )
-    told = [str(item) for item in branches.unresolved if item.reason == LONG_MOTIONS]
     pieces = first_pieces(f, table, branches.unknown, known)
     causes = first_causes(f, table, pieces.edges)
     pieces, rounds, cut, floor = pieces.joined(), 0, 0, SLIVER
@@ -335,7 +333,7 @@ def basins(
         thin=thin,
         rounds=rounds,
         resolution=floor * domain_width(f),
-        reason="; ".join(filter(None, [_why(known, counts, rest), *told])),
+        reason=_why(known, counts, rest),
     )
 
 

@@ -5,6 +5,7 @@ Jumps, corners and turning points fail the test at every width: they are met eve
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -33,7 +34,6 @@ GOLDEN: Final = 0.6180339887498949
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
 GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
 LONG: Final = 256  # events of a motion from which on it counts as a long one
-SPENT: Final = 4096  # events of long motions for each branch of a crowd, before less is resolved
 GAP_SHARE: Final = 0.125  # of a gap: its cells are halved down to this, however narrow it is
 WELL_INSIDE: Final = 0.9  # of a cell: a margin that vanishes at its very end does so beyond it
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
@@ -135,12 +135,12 @@ class Mesh:
     resolution: float  # no cell is made narrower
     crowd: int  # of branches that are not wide: more are not told apart, but less is resolved
     seeds: Floats = field(default_factory=lambda: np.empty(0))  # points of the first grid
+    events_left: float = math.inf  # of long motions, before less is resolved
     nodes: Nodes = field(init=False)
     open: Bools = field(init=False)  # cells still to be tested
     # of one label, fail at the resolution
     doubtful: set[tuple[float, float]] = field(default_factory=set)
     n_evaluations: int = 0
-    events_left: int = field(init=False)  # of long motions
     length: float = field(init=False, default=0.0)  # of these, in events
 
     def __post_init__(self) -> None:
@@ -149,7 +149,6 @@ class Mesh:
         inner = np.arange(1, N_START - 1)
         share = (inner + JITTER * _wobble(inner)) / (N_START - 1)
         grid = np.concatenate([[lo, hi], lo + (hi - lo) * share, self.seeds])
-        self.events_left = SPENT * self.crowd
         self.nodes = self.probe(np.unique(grid))
         self.open = np.ones(len(self.nodes) - 1, dtype=bool)
 
