@@ -4,8 +4,9 @@
     python -m tests.acceptance.lists law9 | gap | tent | parabola | basins
 
 `coulomb`, `law9` and `parabola` look for attractors between the listed values that the list has
-not; `gap` and `tent` compare with borders known otherwise; `basins` asks that shares add up. A line
-per system, processor seconds first. Exit code 1 if anything is silent, wrong or an exception.
+not; `gap` and `tent` compare with borders known otherwise; `basins` asks that shares add up. A
+line per system, processor seconds first. Exit code 1 if anything is silent, wrong or an exception,
+or a fault of the program that a list has noted.
 """
 
 from __future__ import annotations
@@ -44,7 +45,9 @@ def _listed(judge: Callable[..., list[object]], system: object, name: str, ends:
     found = ss.bifurcations(system, name, ends, max_period=PERIOD)
     seconds = time.process_time() - start
     silent = [f"silent: {item}" for item in judge(found, system, VALUES)]
-    return seconds, silent, [f"{u.reason} [{u.lo!r}, {u.hi!r}]" for u in found.unresolved]
+    told = [f"{u.reason} [{u.lo!r}, {u.hi!r}]" for u in found.unresolved]
+    faults = [text for text in told if "a fault of the program" in text]
+    return seconds, silent + faults, told
 
 
 def _parabolas(seed: int) -> Verdict:

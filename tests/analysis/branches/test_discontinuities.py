@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stickslip.analysis.branches.discontinuities import LabelBrackets
 from stickslip.analysis.branches.mesh import Mesh
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.table import branch_table, tables_complete_above
 from stickslip.analysis.maps.protocol import PointValues
 
 EVALUATIONS = 30  # per change; halving alone takes 45
@@ -106,3 +106,27 @@ def test_a_window_inside_a_gap_is_seen_by_the_margin():
 
     f = Window((0.2, 0.5, 0.5007, 0.8))
     assert branch_table(f).gaps == pytest.approx(np.array([[0.2, 0.5], [0.5007, 0.8]]), abs=1e-15)
+
+
+def test_where_motions_are_long_less_is_resolved_and_the_table_says_so():
+    """Clearances without a pattern: the search of the gap for branches took minutes."""
+    events = []
+
+    @dataclass(frozen=True)
+    class Long(Labelled):
+        def evaluate(self, x, /):
+            got = super().evaluate(x)
+            spent = np.where(np.isnan(got.value), 5000, 3)
+            events.append(int(spent.sum()))
+            margin = np.where(np.isnan(got.value), (1e7 * np.asarray(x)) % 1.0, got.margin)
+            return PointValues(
+                got.value, got.derivative, got.label, got.status, margin, n_events=spent
+            )
+
+    f = Long((0.2, 0.6), gap=1)
+    with tables_complete_above(1e-9):  # as lists do
+        table = branch_table(f)
+    assert table.gaps == pytest.approx(np.array([[0.2, 0.6]]), abs=1e-3)
+    assert sum(events) < 1e6
+    assert table.resolution == pytest.approx(1e-3)
+    assert "motions are long: only wide branches are told apart" in str(table.unresolved)

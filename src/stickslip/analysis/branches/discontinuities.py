@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.mesh import Mesh, Nodes
+from stickslip.analysis.branches.mesh import WIDE, Mesh, Nodes
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.results.parts import part
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Bools, Indices
     from stickslip.analysis.maps.protocol import Floats
 
-WIDE: Final = 1e-3  # of the domain: branches that are all told apart, and the largest resolution
 FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 MAX_ROUNDS: Final = 200  # each halves at least: 65 suffice from any domain to FINEST
 TRUSTED: Final = 0.25  # of the bracket: the two sides' forecasts must agree better
@@ -39,6 +38,7 @@ BEND: Final = 1e-6  # of the slopes: likewise a change of the slope
 ACCUMULATE: Final = "branches accumulate: more than are followed, and no wide one, in"
 TOO_CLOSE: Final = "label changes closer to each other than the resolution, in"
 NARROW_END: Final = "a branch narrower than the resolution at the end of the domain,"
+LONG_MOTIONS: Final = "motions are long: only wide branches are told apart, in"
 ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
 
 
@@ -376,8 +376,10 @@ class _Search:
 
     def result(self) -> tuple[Discontinuities, list[Unresolved]]:
         """Discontinuities in ascending order; what lies between slivers is one cut, or a gap."""
-        order = np.argsort(self.left.x, kind="stable")
-        left, right, step = self.left.take(order), self.right.take(order), self.mesh.resolution
+        mesh, order = self.mesh, np.argsort(self.left.x, kind="stable")
+        left, right, step = self.left.take(order), self.right.take(order), mesh.resolution
+        if mesh.events_left <= 0:
+            self.unresolved.append(Unresolved(LONG_MOTIONS, *mesh.f.domain))
         # A branch narrower than the resolution is no branch: one cut from its left neighbour
         # to its right one.
         starts = np.ones(len(left), dtype=bool)

@@ -5,6 +5,7 @@ Jumps, corners and turning points fail the test at every width: they are met eve
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -27,10 +28,12 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Indices = NDArray[np.intp]
 
+WIDE: Final = 1e-3  # of the domain: branches that are all told apart, and the largest resolution
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
 GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
+LONG: Final = 256  # events of a motion from which on it counts as a long one
 GAP_SHARE: Final = 0.125  # of a gap: its cells are halved down to this, however narrow it is
 WELL_INSIDE: Final = 0.9  # of a cell: a margin that vanishes at its very end does so beyond it
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
@@ -132,11 +135,13 @@ class Mesh:
     resolution: float  # no cell is made narrower
     crowd: int  # of branches that are not wide: more are not told apart, but less is resolved
     seeds: Floats = field(default_factory=lambda: np.empty(0))  # points of the first grid
+    events_left: float = math.inf  # of long motions, before less is resolved
     nodes: Nodes = field(init=False)
     open: Bools = field(init=False)  # cells still to be tested
     # of one label, fail at the resolution
     doubtful: set[tuple[float, float]] = field(default_factory=set)
     n_evaluations: int = 0
+    length: float = field(init=False, default=0.0)  # of these, in events
 
     def __post_init__(self) -> None:
         """Lay the first grid, off any symmetric places, with both ends of the domain."""
@@ -162,7 +167,14 @@ class Mesh:
     def probe(self, x: Floats) -> Nodes:
         """Evaluate the map at ascending points and count."""
         self.n_evaluations += x.size
-        return Nodes.at(x, sample(self.f, x))
+        got = sample(self.f, x)
+        if (long := got.n_events > LONG).any():
+            events = got.n_events[long]
+            self.events_left -= int(events.sum())
+            self.length = max(self.length, float(events.mean()))
+            if self.events_left <= 0:
+                self.resolution = max(self.resolution, WIDE * domain_width(self.f))
+        return Nodes.at(x, got)
 
     def slopes(self, x: Floats) -> tuple[Floats, Floats]:
         """Values and slopes alone, sooner than nodes, and count."""
@@ -193,7 +205,7 @@ class Mesh:
         candidate = self.open & nodes.same_as_next()
         wide = self._wide_enough(width)
         self._doubt(np.flatnonzero(candidate & ~wide & nodes.ok[1:]))
-        cells = np.flatnonzero(candidate & wide)
+        cells = self._affordable(np.flatnonzero(candidate & wide), width)
         self.open[:] = False
         if not cells.size:
             return
@@ -256,7 +268,19 @@ class Mesh:
         known = ~np.isnan(self.nodes.margin[1:])
         coarse = np.where(known, GAP_FLOOR, GAP_PROBES) * domain_width(self.f)
         coarse = np.maximum(np.minimum(coarse, self._largest_unseen()), self.resolution)
+        coarse = np.where(self.events_left > 0, coarse, np.inf)
         return width > np.where(in_gap, coarse, self.resolution)
+
+    def _affordable(self, cells: Indices, width: Floats) -> Indices:
+        """Leave out the narrowest cells of gaps if motions there are too long to look into all."""
+        in_gap = ~self.nodes.ok[cells + 1]
+        lost = cells[in_gap]
+        if len(lost) * self.length <= self.events_left:
+            return cells
+        most = int(max(self.events_left, 0) / self.length)
+        self.events_left = 0
+        widest = lost[np.argsort(-width[lost], kind="stable")[:most]]
+        return np.sort(np.concatenate([cells[~in_gap], widest]))
 
     def _largest_unseen(self) -> Floats:
         """Width of a cell of a gap that its neighbours tell nothing of; of others without bound."""

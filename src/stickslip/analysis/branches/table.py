@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -14,7 +15,6 @@ import numpy as np
 from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_at_discontinuities
 from stickslip.analysis.branches.discontinuities import (
     ACCUMULATE,
-    WIDE,
     Unresolved,
     find_discontinuities,
 )
@@ -24,7 +24,7 @@ from stickslip.analysis.branches.laps import (
     split_at_smooth,
     tabulate_laps,
 )
-from stickslip.analysis.branches.mesh import Mesh
+from stickslip.analysis.branches.mesh import WIDE, Mesh
 from stickslip.analysis.branches.pieces import (
     Hints,
     TooManyPiecesError,
@@ -50,11 +50,12 @@ CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, 
 MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out
 SHOWN: Final = 40  # rows of a table in its repr
+SPENT: Final = 1 << 18  # events of long motions for one table of many, before less is resolved
 REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 
-_RESOLUTION: Final = travels(ContextVar("resolution", default=RESOLUTION))
+_RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -183,7 +184,7 @@ class BranchTable(ResultList[Branch]):
 
 @contextmanager
 def tables_complete_above(resolution: float) -> Iterator[None]:
-    """Make tables inside for which no resolution is asked with this one."""
+    """Make many tables inside: with this resolution if none is asked, and less for long motions."""
     token = _RESOLUTION.set(resolution)
     try:
         yield
@@ -195,9 +196,11 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
     """Return the table of a map, from memory if it was made before and the map still lives."""
     # Without a resolution less is resolved where branches crowd.
     lo, hi = f.domain
-    crowd = MAX_CROWD
+    crowd, events = MAX_CROWD, math.inf
     if resolution is None:
-        resolution, crowd = min(_RESOLUTION.get(), WIDE * (hi - lo)), CROWD
+        found = _RESOLUTION.get()
+        events = math.inf if found is None else SPENT
+        resolution, crowd = min(found or RESOLUTION, WIDE * (hi - lo)), CROWD
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution <= WIDE * (hi - lo):
         raise ValueError(
@@ -205,23 +208,23 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
             f"domain's width {hi - lo:.6g}, is needed."
         )
     if isinstance(f, Hashable):
-        return _remembered(f, resolution, crowd)
-    return _make_table(f, resolution, crowd)
+        return _remembered(f, resolution, crowd, events)
+    return _make_table(f, resolution, crowd, events)
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _remembered(f: Any, resolution: float, crowd: int) -> BranchTable:
-    return _make_table(f, resolution, crowd)
+def _remembered(f: Any, resolution: float, crowd: int, events: float) -> BranchTable:
+    return _make_table(f, resolution, crowd, events)
 
 
-def _make_table(f: Map1D, resolution: float, crowd: int) -> BranchTable:
+def _make_table(f: Map1D, resolution: float, crowd: int, events: float) -> BranchTable:
     base, exponent = base_and_exponent(f)
     hints, unresolved = Hints.none(), list[Unresolved]()
     if exponent > 1:
         table = branch_table(base, None if crowd == CROWD else resolution)
         resolution, crowd = max(resolution, table.resolution), MAX_CROWD
         hints, unresolved = _hints(f, table, exponent)
-    mesh = Mesh(f, resolution, crowd, hints.seeds)
+    mesh = Mesh(f, resolution, crowd, hints.seeds, events)
     cuts, too_many = find_discontinuities(mesh)
     unresolved += too_many
     breaks, segments = _classify(mesh, cuts, hints)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import (
     Any,
     ClassVar,
@@ -161,6 +161,8 @@ class PointValues(Result):
     label: Labels
     status: NDArray[np.int64]
     margin: Floats
+    # Of each motion, if the map is one of motions.
+    n_events: NDArray[np.int64] = field(default_factory=lambda: np.zeros((), np.int64))
     _drawn: ClassVar = ("point", "value")
 
     def _columns(self) -> dict[str, Any]:
@@ -215,6 +217,7 @@ def sample(f: Map1D | MapND, x: ArrayLike) -> PointValues:
             np.asarray(got.label, dtype=np.uint64),
             np.asarray(got.status, dtype=np.int64),
             _margin(got),
+            np.asarray(getattr(got, "n_events", 0), dtype=np.int64),
         )
     value, margin = np.full(points.shape, np.nan), np.full(inside.shape, np.nan)
     shape = points.shape if contains is None else (*points.shape, points.shape[-1])

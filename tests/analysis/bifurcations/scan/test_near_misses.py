@@ -38,6 +38,14 @@ def test_nothing_is_foretold_of_a_function_that_turns_far_from_zero():
     assert hidden(values, [-1.0, 0.1, 2.0]) == []  # the lists at both ends show the change
 
 
+def test_what_comes_closer_to_zero_is_foretold_first():
+    values = [0.0, 1.0, 2.0, 3.0, 4.0]
+    distances = [(0.05 if q < 2 else 0.01) + (abs(q - 2) - 0.6) ** 2 for q in values]
+    nearer, farther = hidden(values, distances)
+    assert 2 < nearer < 3
+    assert 1 < farther < 2
+
+
 def cells(left, right, slopes_left, slopes_right):
     def nodes(x, value, slope):
         n = len(slope)

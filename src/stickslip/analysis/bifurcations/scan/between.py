@@ -202,7 +202,7 @@ class _Between:
         changes = len(joined.left) + len(joined.right)
         if self.whole.crowded and changes > MOST_CHANGES:
             span.loose_left, span.loose_right = joined.left, joined.right
-            reason = f"breaks accumulate: {changes} orbits begin or end, more than are followed"
+            reason = f"less is resolved: {changes} orbits begin or end, more than are followed"
             return [], [UnresolvedChange(reason, span.left.q, span.right.q)]
         ways = self._ways(span, joined.left, joined.right)
         fresh: list[Event] = []

@@ -83,8 +83,8 @@ def _extrema(node: Node, max_period: int) -> Iterator[NearZero]:
 def hidden_values(
     values: Sequence[float], seen: Sequence[Sequence[NearZero]], width: float
 ) -> list[float]:
-    """Return parameter values where a function may reach zero between lists, ascending."""
-    found: list[float] = []
+    """Return where a function may reach zero between lists, the likeliest value first."""
+    found: list[tuple[float, float]] = []
     named = [_by_name(there) for there in seen]
     for k in range(1, len(values) - 1):
         for here in seen[k]:
@@ -92,16 +92,15 @@ def hidden_values(
             after = _same(here, named[k + 1], width)
             if before is None or after is None:
                 continue
-            q = _touching(values[k - 1 : k + 2], (before.distance, here.distance, after.distance))
-            if q is not None:
-                found.append(q)
+            distances = before.distance, here.distance, after.distance
+            found += _touching(values[k - 1 : k + 2], distances)
     apart = TOO_CLOSE * min(b - a for a, b in pairwise(values))
-    kept: list[float] = []
-    for q in sorted(found):
-        clear = all(abs(q - other) > apart for other in (*values, *kept[-1:]))
+    kept: list[tuple[float, float]] = []
+    for q, least in sorted(found):
+        clear = all(abs(q - other) > apart for other in (*values, *(q for q, _ in kept[-1:])))
         if clear:
-            kept.append(q)
-    return kept
+            kept.append((q, least))
+    return [q for q, _ in sorted(kept, key=lambda one: one[1])]
 
 
 def zeros_at_end(
@@ -132,17 +131,20 @@ def _same(here: NearZero, others: dict[Hashable, list[NearZero]], width: float) 
     return nearest
 
 
-def _touching(values: Sequence[float], distances: tuple[float, float, float]) -> float | None:
-    """Return where the parabola through three values of one sign reaches zero, or nearly does."""
+def _touching(
+    values: Sequence[float], distances: tuple[float, float, float]
+) -> Iterator[tuple[float, float]]:
+    """Yield where the parabola through three values of one sign comes near zero, and how near."""
     (p, q, r), (a, b, c) = values, distances
     if not (a * b > 0 and b * c > 0):
-        return None
+        return
     chords = (b - a) / (q - p), (c - b) / (r - q)
     bend = (chords[1] - chords[0]) / (r - p)
     if bend * b <= 0:
-        return None
+        return
     slope = chords[0] + bend * (q - p)
     turn = -0.5 * slope / bend
     least = (b + 0.5 * slope * turn) * np.sign(b)
     change = max(abs(a - b), abs(c - b))
-    return float(q + turn) if p < q + turn < r and least <= NEAR * change else None
+    if p < q + turn < r and least <= NEAR * change:
+        yield float(q + turn), float(least / change)

@@ -22,7 +22,8 @@ from stickslip.analysis.bifurcations.scan.near_misses import (
     zeros_at_end,
 )
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
-from stickslip.analysis.branches.discontinuities import WIDE
+from stickslip.analysis.branches.discontinuities import LONG_MOTIONS
+from stickslip.analysis.branches.mesh import WIDE
 from stickslip.analysis.branches.table import (
     branch_table,
     resolution_of_lists,
@@ -105,8 +106,10 @@ class Survey(Range):
         """Say that breaks accumulate, where looks for that were made or between them."""
         self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
         if self.crowded:
+            open_ = (item.reason for node in nodes for item in node.table.unresolved)
+            why = "motions are long" if LONG_MOTIONS in open_ else "breaks accumulate"
             reason = (
-                f"breaks accumulate: lists are complete above {self.resolution:.2g}, "
+                f"{why}: lists are complete above {self.resolution:.2g}, "
                 "and fewer values are looked at"
             )
             self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
@@ -123,6 +126,7 @@ class Survey(Range):
     def _where_hidden(self, nodes: list[Node]) -> list[Node]:
         """Add lists where a pair of events may hide between two of the grid."""
         seen: dict[float, list[NearZero]] = {}
+        left_out, most = list[float](), len(nodes)  # lists that a round adds
         for _ in range(SECOND_LOOKS):
             telling = all(node.telling for node in nodes)
             for node in [*nodes[:2], *nodes[-2:]] if self.crowded else nodes:
@@ -132,10 +136,14 @@ class Survey(Range):
             if self.crowded:
                 break
             fresh = hidden_values(values, [seen[q] for q in values], self.width)
+            left_out = fresh[most:]
             if not fresh:
                 break
-            more = self._nodes(fresh, lambda share: self.work.tell(LISTED))
+            more = self._nodes(sorted(fresh[:most]), lambda share: self.work.tell(LISTED))
             nodes = sorted([*nodes, *more], key=lambda node: node.q)
+        if left_out:
+            reason = f"pairs of events may hide at {len(left_out)} values where no list is made"
+            self.unresolved.append(UnresolvedChange(reason, min(left_out), max(left_out)))
         for q, before in (values[:2], values[:-3:-1]):
             conditions = zeros_at_end(seen[q], seen[before], self.width)
             self._at_ends[q] = [Suspect(one, q, self.closest) for one in conditions]
