@@ -83,9 +83,11 @@ class OrbitEquations:
         if not (np.isfinite(rates).all() and np.isfinite(values.derivative).all()):
             raise StepTooLong("an infinite slope")
         n = 1 if self.on_line else points.shape[1]
-        by_points = shooting_matrix(values.derivative.reshape(-1, n, n))
+        jacobian = np.empty((points.size, points.size + 1))
+        jacobian[:, :-1] = shooting_matrix(values.derivative.reshape(-1, n, n))
+        jacobian[:, -1] = rates.ravel()
         residual, note = self.described(points, values)
-        return residual, np.column_stack([by_points, rates.ravel()]), note
+        return residual, jacobian, note
 
     def described(self, points: Floats, values: PointValues) -> tuple[Floats, Linearized]:
         """Return F, and what a map said at points."""

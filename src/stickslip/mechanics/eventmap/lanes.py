@@ -323,7 +323,8 @@ class PoolBackend(BatchBackend):
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        owners = self.scalar.model.law_parameters.get(name, ())
+        model = self.scalar.model
+        owners = () if name in model.numbers else model.law_parameters.get(name, ())
         absent = any(own_name in self.series.absent for _, own_name in owners)
         return (self._whole if absent else self)._carried(d, name).derivative[:, 0]
 
