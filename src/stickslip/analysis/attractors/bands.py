@@ -118,10 +118,13 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
     """Take bands of a stand-in over to the map, with its residual; edges of no source stay."""
     edges = bands.intervals.ravel().copy()
+    known = {(x, side) for x, side, order in bands.sources if order}
+    row = {source: k for k, source in enumerate(sorted(known))}
+    starts = np.array([_one_sided(laps, *source) for source in row])
+    images = advance(f, starts, max((order for *_, order in bands.sources), default=0) - 1)
     for i, (x, side, order) in enumerate(bands.sources):
         if order:
-            value = _one_sided(laps, x, side)
-            edges[i] = advance(f, np.array([value]), order - 1)[0, -1]
+            edges[i] = images[row[x, side], order - 1]
     intervals = edges.reshape(-1, 2)
     if not np.all(np.isfinite(edges)) or np.any(np.diff(edges) < 0):
         return replace(bands, reason="edges of the bands do not keep their order")

@@ -307,8 +307,9 @@ def _wobble(k: Indices) -> Floats:
 
 def _widen(flags: Bools, place: Indices, n_nodes: int, *, value: bool) -> Bools:
     """Carry flags of cells over to the cells that new nodes have made."""
-    kept = np.setdiff1d(np.arange(n_nodes), place, assume_unique=True)
-    wide = np.repeat(flags, np.diff(kept))
+    kept = np.ones(n_nodes, dtype=bool)
+    kept[place] = False
+    wide = np.repeat(flags, np.diff(np.flatnonzero(kept)))
     # Nodes before the first or after the last old one do not occur: the ends are nodes.
     if value:
         wide[place] = True

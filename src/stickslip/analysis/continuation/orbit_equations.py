@@ -83,11 +83,9 @@ class OrbitEquations:
         if not (np.isfinite(rates).all() and np.isfinite(values.derivative).all()):
             raise StepTooLong("an infinite slope")
         n = 1 if self.on_line else points.shape[1]
-        jacobian = np.empty((points.size, points.size + 1))
-        jacobian[:, :-1] = shooting_matrix(values.derivative.reshape(-1, n, n))
-        jacobian[:, -1] = rates.ravel()
+        by_points = shooting_matrix(values.derivative.reshape(-1, n, n))
         residual, note = self.described(points, values)
-        return residual, jacobian, note
+        return residual, np.column_stack([by_points, rates.ravel()]), note
 
     def described(self, points: Floats, values: PointValues) -> tuple[Floats, Linearized]:
         """Return F, and what a map said at points."""
