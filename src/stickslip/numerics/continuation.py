@@ -154,12 +154,12 @@ class ArclengthCurve:
 
     def _newton_step(self, residual: Floats, jacobian: Floats, normal: Floats) -> Floats:
         """Scaled step to F = 0 orthogonal to a vector."""
-        matrix = np.vstack([jacobian * self.scale, normal])
+        matrix, right = np.empty((len(normal), len(normal))), np.zeros(len(normal))
+        matrix[:-1], matrix[-1], right[:-1] = jacobian * self.scale, normal, -residual
         try:
-            step: Floats = np.linalg.solve(matrix, np.append(-residual, 0.0))
+            return np.asarray(np.linalg.solve(matrix, right))
         except np.linalg.LinAlgError as reason:
             raise StepTooLong("singular equations") from reason
-        return step
 
     def _tangent(self, jacobian: Floats, ahead: Floats) -> Floats:
         """Null vector of the scaled Jacobian, on the side of another vector."""

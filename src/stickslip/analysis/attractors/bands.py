@@ -56,34 +56,34 @@ def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> NDArray[np.bool_
 
 def merged(intervals: Floats, slack: float) -> Floats:
     """Sort intervals and join those that overlap or come closer than `slack`."""
+    if len(intervals) < 2:
+        return intervals
     rows = intervals[np.argsort(intervals[:, 0], kind="stable")]
     reach = np.maximum.accumulate(rows[:, 1])
     starts = np.flatnonzero(np.concatenate([[True], rows[1:, 0] > reach[:-1] + slack]))
     ends = np.concatenate([starts[1:] - 1, [len(rows) - 1]])
-    return np.column_stack([rows[starts, 0], reach[ends]])
+    return np.array([rows[starts, 0], reach[ends]]).T
 
 
 def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, bool]:
     """Map a union of intervals, but for contacts below `slack`, and tell if part has no image."""
-    which, lap = np.nonzero(
-        (np.minimum(intervals[:, 1:], laps.right) - np.maximum(intervals[:, :1], laps.left)) > slack
-    )
-    low = np.maximum(intervals[which, 0], laps.left[lap])
-    high = np.minimum(intervals[which, 1], laps.right[lap])
-    at_low, at_high = laps.value_left[lap].copy(), laps.value_right[lap].copy()
-    inner_low, inner_high = low > laps.left[lap], high < laps.right[lap]
-    inner = np.concatenate([low[inner_low], high[inner_high]])
-    if inner.size:
-        values, _ = values_and_slopes(f, inner)
-        at_low[inner_low] = values[: inner_low.sum()]
-        at_high[inner_high] = values[inner_low.sum() :]
-    covered = np.bincount(which, weights=high - low, minlength=len(intervals))
-    lost = bool(np.any(intervals[:, 1] - intervals[:, 0] - covered > slack * (1 + len(laps))))
-    ends = np.column_stack([np.minimum(at_low, at_high), np.maximum(at_low, at_high)])
-    known = np.all(np.isfinite(ends), axis=1)
+    # An end of a row for each part of an interval in a lap: the lower ones, then the upper ones.
+    low = np.maximum(intervals[:, :1], laps.left)
+    high = np.minimum(intervals[:, 1:], laps.right)
+    which, lap = (high - low > slack).nonzero()
+    ends = np.array([low[which, lap], high[which, lap]])
+    values = np.array([laps.value_left[lap], laps.value_right[lap]])
+    inner = np.array([ends[0] > laps.left[lap], ends[1] < laps.right[lap]])
+    if inner.any():
+        values[inner] = values_and_slopes(f, ends[inner])[0]
+    covered = np.bincount(which, weights=ends[1] - ends[0], minlength=len(intervals))
+    missed = intervals[:, 1] - intervals[:, 0] - covered
+    lost = bool((missed > slack * (1 + len(laps))).any())
+    values.sort(axis=0)
+    known = np.isfinite(values).all(axis=0)
     if not known.all():  # a hole that the search for branches did not see
-        lost, ends = True, ends[known]
-    return (merged(ends, slack) if len(ends) else ends), lost
+        lost, values = True, values[:, known]
+    return merged(values.T, slack), lost
 
 
 def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
@@ -118,10 +118,13 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
     """Take bands of a stand-in over to the map, with its residual; edges of no source stay."""
     edges = bands.intervals.ravel().copy()
+    known = {(x, side) for x, side, order in bands.sources if order}
+    row = {source: k for k, source in enumerate(sorted(known))}
+    starts = np.array([_one_sided(laps, *source) for source in row])
+    images = advance(f, starts, max((order for *_, order in bands.sources), default=0) - 1)
     for i, (x, side, order) in enumerate(bands.sources):
         if order:
-            value = _one_sided(laps, x, side)
-            edges[i] = advance(f, np.array([value]), order - 1)[0, -1]
+            edges[i] = images[row[x, side], order - 1]
     intervals = edges.reshape(-1, 2)
     if not np.all(np.isfinite(edges)) or np.any(np.diff(edges) < 0):
         return replace(bands, reason="edges of the bands do not keep their order")

@@ -253,11 +253,12 @@ def hidden_cycles(
     starts: list[Floats] = []
     for period in range(multiples_of, longest + 1, multiples_of):
         # Passages of p steps start after a first column of zeros: climb_(i+p) - climb_i.
-        rows, columns = np.nonzero(climb[:, period:-1] < climb[:, : -period - 1])
-        distance = np.abs(values[rows, columns + period] - values[rows, columns])
-        few = distance.size <= tries
-        for k in range(distance.size) if few else np.argpartition(distance, tries)[:tries]:
-            row, column = int(rows[k]), int(columns[k])
+        contracts = climb[:, period:-1] < climb[:, : -period - 1]
+        distance = np.abs(values[:, period:] - values[:, :-period])[contracts]
+        places = np.flatnonzero(contracts)
+        if distance.size > tries:
+            places = places[np.argpartition(distance, tries)[:tries]]
+        for row, column in zip(*np.unravel_index(places, contracts.shape), strict=True):
             starts.append(values[row, column : column + period])
     for k in promising(f, starts, HIDDEN):
         cycle = confirmed(f, starts[k], moved=HIDDEN)

@@ -46,12 +46,12 @@ class Brackets:
     """Brackets of changes of a map, narrowed by halving or from what margins foretell."""
 
     def __init__(self, probe: Callable[[Floats], Nodes], left: Nodes, right: Nodes) -> None:
-        self.probe, self.left, self.right = probe, left, right
+        self.probe, self.left, self.right = probe, left.copy(), right.copy()
         self.halve_next = np.zeros(len(left), dtype=bool)
         # Rounds since either end has moved.
         self.rests = np.zeros((2, len(left)), dtype=np.int64)
         # Where the ends were before they last moved.
-        self.old_left, self.old_right = left, right
+        self.old_left, self.old_right = left.copy(), right.copy()
 
     def narrow(self, k: Indices) -> None:
         """Look at one point of some of the brackets, or at two."""
@@ -59,8 +59,11 @@ class Brackets:
         first, second = self._trials(k)
         both = np.isfinite(second)
         nodes = self.probe(np.concatenate([first, second[both]]))
-        self._take_in(k, nodes.take(slice(0, len(k))))
-        self._take_in(k[both], nodes.take(slice(len(k), None)))
+        if not both.any():
+            self._take_in(k, nodes)
+        else:
+            self._take_in(k, nodes.take(slice(0, len(k))))
+            self._take_in(k[both], nodes.take(slice(len(k), None)))
         # A forecast that gains less than halving would is not followed twice.
         self.halve_next[k] = both & (self.right.x[k] - self.left.x[k] > 0.5 * width)
 
@@ -79,10 +82,12 @@ class Brackets:
         i, j = k[as_left], k[~as_left]
         self.rests[:, k] += 1
         self.rests[0, i] = self.rests[1, j] = 0
-        self.old_left = self.old_left.replaced(i, self.left.take(i))
-        self.old_right = self.old_right.replaced(j, self.right.take(j))
-        self.left = self.left.replaced(i, nodes.take(as_left))
-        self.right = self.right.replaced(j, nodes.take(~as_left))
+        if i.size:
+            self.old_left.put(i, self.left.take(i))
+            self.left.put(i, nodes.take(as_left))
+        if j.size:
+            self.old_right.put(j, self.right.take(j))
+            self.right.put(j, nodes.take(~as_left))
 
     def _trials(self, k: Indices) -> tuple[Floats, Floats]:
         """Choose one point per bracket, its middle, or two on either side of a forecast."""

@@ -76,14 +76,22 @@ class Nodes:
         pairs = ((getattr(self, n), getattr(other, n)) for n in self.__dataclass_fields__)
         return Nodes(*(np.concatenate(pair) for pair in pairs))
 
-    def replaced(self, index: Indices, other: Nodes) -> Nodes:
-        """Return a copy with the nodes at ``index`` replaced."""
-        columns = []
-        for name in self.__dataclass_fields__:
-            column = getattr(self, name).copy()
-            column[index] = getattr(other, name)
-            columns.append(column)
-        return Nodes(*columns)
+    def replaced(self, index: Indices | Bools, other: Nodes) -> Nodes:
+        """Return a copy with the nodes at an index or mask replaced."""
+        copy = self.copy()
+        copy.put(index, other)
+        return copy
+
+    def copy(self) -> Nodes:
+        """Return the same nodes in arrays of their own."""
+        x, value, slope = self.x.copy(), self.value.copy(), self.slope.copy()
+        return Nodes(x, value, slope, self.label.copy(), self.ok.copy(), self.margin.copy())
+
+    def put(self, index: Indices | Bools, other: Nodes) -> None:
+        """Replace the nodes at an index or mask."""
+        self.x[index], self.value[index], self.slope[index] = other.x, other.value, other.slope
+        self.label[index], self.ok[index] = other.label, other.ok
+        self.margin[index] = other.margin
 
     def merged(self, other: Nodes) -> tuple[Nodes, Indices]:
         """Return both sorted together, and where the nodes of ``other`` have gone."""
@@ -323,8 +331,9 @@ def _wobble(k: Indices) -> Floats:
 
 def _widen(flags: Bools, place: Indices, n_nodes: int, *, value: bool) -> Bools:
     """Carry flags of cells over to the cells that new nodes have made."""
-    kept = np.setdiff1d(np.arange(n_nodes), place, assume_unique=True)
-    wide = np.repeat(flags, np.diff(kept))
+    kept = np.ones(n_nodes, dtype=bool)
+    kept[place] = False
+    wide = np.repeat(flags, np.diff(np.flatnonzero(kept)))
     # Nodes before the first or after the last old one do not occur: the ends are nodes.
     if value:
         wide[place] = True

@@ -81,23 +81,36 @@ class InterpolatedMap:
         gaps = self.table.gaps
         return np.asarray(sample(self.f, gaps.mean(axis=1)).status if len(gaps) else [], np.int64)
 
-    def evaluate(self, x: ArrayLike, /) -> PointValues:
-        """Return value, derivative, label and status at points of the domain."""
+    def value_and_derivative(self, x: ArrayLike, /) -> tuple[Floats, Floats]:
+        """Return value and derivative alone, sooner."""
         points = checked_points(self.domain, x)
-        flat = points.ravel()
+        value, slope, _ = self._by_cells(points.ravel())
+        return value.reshape(points.shape), slope.reshape(points.shape)
+
+    def _by_cells(self, flat: Floats) -> tuple[Floats, Floats, Integers]:
+        """Values, derivatives, and the cells they are from; -1 outside all of them."""
         value, slope = np.empty(flat.shape), np.empty(flat.shape)
         cell = np.empty(flat.shape, dtype=np.int64)
         evaluate_cells(self.polynomials, flat, value, slope, cell)
+        if (cell < 0).any():
+            outside = np.flatnonzero(cell < 0)
+            asked = outside[self._are_unknown(flat[outside])]
+            value[asked], slope[asked] = self._estimated(flat[asked])
+        return value, slope, cell
+
+    def evaluate(self, x: ArrayLike, /) -> PointValues:
+        """Return value, derivative, label and status at points of the domain."""
+        points = checked_points(self.domain, x)
+        flat, shape = points.ravel(), points.shape
+        value, slope, cell = self._by_cells(flat)
         known = cell >= 0
         label = np.zeros(flat.shape, dtype=np.uint64)
         label[known] = self.cell_labels[cell[known]]
         status = np.full(flat.shape, OK, dtype=np.int64)
         if not known.all():
-            status[~known] = self._statuses(flat[~known])
-            asked = np.flatnonzero(~known)[self._are_unknown(flat[~known])]
-            value[asked], slope[asked] = self._estimated(flat[asked])
-            status[asked] = np.where(np.isnan(value[asked]), UNDEFINED, OK)
-        shape = points.shape
+            why = self._statuses(flat[~known])
+            asked = self._are_unknown(flat[~known])
+            status[~known] = np.where(asked, np.where(np.isnan(value[~known]), UNDEFINED, OK), why)
         return PointValues(
             value.reshape(shape),
             slope.reshape(shape),

@@ -179,7 +179,7 @@ def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDAr
     """Return points, moved to the nearest end of the domain, and which lie inside, by a few ulp."""
     lo, hi = domain
     inside = (x >= lo) & (x <= hi)
-    if inside.all():  # nearly always
+    if np.count_nonzero(inside) == inside.size:  # nearly always
         return x, inside
     slack = DOMAIN_SLACK_ULP * math.ulp(max(abs(lo), abs(hi)))
     inside = (x >= lo - slack) & (x <= hi + slack)

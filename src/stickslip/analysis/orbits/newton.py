@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, sample
-from stickslip.analysis.orbits._kernels import cyclic_rows
+from stickslip.analysis.orbits._kernels import cyclic_rows, newton_rows
 from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.orbit import orbit_of
 
@@ -59,7 +59,9 @@ class Polished(OrbitBundle):
     def error(self) -> Floats:
         """Bound of the points' errors to first order; infinite where the equations are singular."""
         bound = np.full(self.points.shape, np.inf)
-        usable = _regular(self.slopes)
+        with np.errstate(invalid="ignore"):  # not beside an infinite slope, or at a fold
+            singular = np.abs(self.slopes.prod(axis=1) - 1) <= EPS
+        usable = np.isfinite(self.slopes).all(axis=1) & ~singular
         bound[usable] = inverse_bound(self.slopes[usable], self.off[usable])
         return bound
 
@@ -93,6 +95,7 @@ def polish(
     points = np.clip(guess if start is None else start, lower, upper)
     slopes, residuals, steps = np.ones(guess.shape), np.zeros(guess.shape), np.zeros(guess.shape)
     labels = np.zeros(guess.shape, dtype=np.uint64)
+    rounding = EPS, EPS * scale, STEEPEST
     last, given_up, todo = np.full(n, np.inf), np.zeros(n, dtype=bool), np.arange(n)
     for _ in range(MAX_NEWTON):
         places = np.flatnonzero(used[todo])
@@ -100,10 +103,10 @@ def polish(
         at = todo[row], column
         value, slopes[at], labels[at] = evaluate(todo[row] * width + column, points[at])
         residuals[at] = value - points[at[0], (column + 1) % periods[at[0]]]
-        step = solve_cyclic(slopes[todo], -residuals[todo], periods[todo])
-        steps[todo] = step = np.where(_regular(slopes[todo])[:, None], step, np.nan)
+        step, is_done = np.zeros((len(todo), width)), np.zeros(len(todo), dtype=np.bool_)
+        newton_rows(slopes[todo], -residuals[todo], periods[todo], rounding, step, is_done)
+        steps[todo], moves = step, ~is_done
         with np.errstate(invalid="ignore"):
-            moves = ~residual_is_rounding(slopes[todo], residuals[todo], scale)
             size = np.abs(step).max(axis=1, initial=0.0)
             moves &= size > max(EPS * scale, enough)  # not if NaN: the orbit is lost
             # Small steps that shrink no more are the rounding of the map itself.
@@ -111,7 +114,8 @@ def polish(
             lost = moves & (size > STALLED * scale) & ~(size <= contraction * last[todo])
             last[todo] = size
         going = todo[moves]
-        points[going] = np.clip(points[going] + step[moves], lower[going], upper[going])
+        moved = points[going] + step[moves]
+        points[going] = np.minimum(np.maximum(moved, lower[going]), upper[going])
         if np.isfinite(trust_radius):
             away = np.where(used[todo], np.abs(points[todo] - guess[todo]), 0.0)
             lost |= moves & (away.max(axis=1) > trust_radius)
@@ -177,12 +181,6 @@ def residual_is_rounding(
     return np.asarray(rounding.all(axis=1))
 
 
-def _regular(slopes: Floats) -> NDArray[np.bool_]:
-    """Tell where Newton's equations have a solution: not beside an infinite slope, or at a fold."""
-    with np.errstate(invalid="ignore"):
-        return np.isfinite(slopes).all(axis=1) & ~(np.abs(slopes.prod(axis=1) - 1) <= EPS)
-
-
 def turn_towards(points: Floats, near: Floats) -> int:
     """Return by how many places to roll an orbit back so that it comes closest to another."""
     n = len(near)
@@ -199,13 +197,10 @@ def turned(points: Floats, near: Floats) -> Floats:
 def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:
     """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row, for many rows of their own lengths.
 
-    Not finite where the slopes' product is 1.
+    Not finite where the slopes' product is 1; 0 beyond a row's length.
     """
-    used = np.arange(slopes.shape[1]) < periods[:, None]
-    y: Floats = np.empty(slopes.shape)
-    with np.errstate(all="ignore"):
-        # Beyond the period y is handed on unchanged.
-        cyclic_rows(np.where(used, slopes, 1.0), np.where(used, right, 0.0), y)
+    y: Floats = np.zeros(slopes.shape)
+    cyclic_rows(slopes, right, periods, y)
     return y
 
 

@@ -325,9 +325,10 @@ class PoolBackend(BatchBackend):
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        owners = self.scalar.model.law_parameters.get(name, ())
-        absent = any(own_name in self.series.absent for _, own_name in owners)
-        return (self._whole if absent else self)._carried(d, name).derivative[:, 0]
+        model = self.scalar.model
+        owners = () if name in model.numbers else model.law_parameters.get(name, ())
+        served = self._whole if any(own in self.series.absent for _, own in owners) else self
+        return served._carried(d, name).derivative[:, 0]
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows (n, steps + 1) from their first entries on."""
