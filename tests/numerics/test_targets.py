@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from llvmlite.binding import get_host_cpu_features
 
-from stickslip.numerics import kernel_cache, linking, targets, threads, translation
+from stickslip.numerics import kernel_cache, linking, targets, threads, translation, waiting
 
 RETURNS_BINDING = """
     from stickslip.numerics.targets import kernel
@@ -203,7 +203,7 @@ def small_package(tmp_path):
         (package / folder).mkdir(parents=True)
         (package / folder / "__init__.py").touch()
     (package / "__init__.py").touch()
-    for module in (kernel_cache, linking, targets, threads):
+    for module in (kernel_cache, linking, targets, threads, waiting):
         shutil.copy(module.__file__, package / "numerics")
     shutil.copytree(translation.__path__[0], package / "numerics" / "translation")
     shutil.copy(kernel_cache.PACKAGE / "files.py", package / "files.py")

@@ -96,7 +96,7 @@ def follow_map(f: Any, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Fo
         motions = f.evaluate(points[:-1])
         followed.steps[i] = steps
         followed.tail[i] = points[run.n + 1 - tail :].reshape(tail, -1)[:, 0]
-        if hasattr(motions, "n_events"):
+        if hasattr(motions, "duration"):
             followed.mean_events[i] = motions.n_events.mean()
             followed.most_events[i] = motions.n_events.max()
             followed.mean_duration[i] = motions.duration.mean()
