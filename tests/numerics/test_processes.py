@@ -1,7 +1,10 @@
 """Tasks in processes of their own: the same answers, in order, whatever is lost on the way."""
 
 import os
+import subprocess
+import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar
 from functools import partial
 
@@ -52,6 +55,42 @@ def test_functions_without_a_name_travel():
 def test_what_cannot_travel_is_done_here():
     kept = (number for number in range(3))  # no generator can be pickled
     assert list(in_processes(lambda x: bool(kept) and elsewhere(), [1, 2])) == [False, False]
+
+
+def test_all_threads_share_the_same_processes():
+    def seen():
+        return {pid for _, pid in in_processes(lambda x: (time.sleep(0.05), os.getpid()), range(8))}
+
+    with ThreadPoolExecutor(3) as threads:
+        found = [future.result() for future in [threads.submit(seen) for _ in range(3)]]
+    assert len(set().union(*found)) == PROCESSES.count
+
+
+ORPHANS = """
+import os, signal
+from stickslip.numerics.processes import PROCESSES
+PROCESSES.count = 2
+print({PROCESSES.submit(os.getpid).result() for _ in range(9)}, flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_processes_end_with_the_one_that_started_them():
+    done = subprocess.run([sys.executable, "-c", ORPHANS], capture_output=True, text=True)
+    left = [int(pid) for pid in done.stdout.strip("{}\n").split(",")]
+    end = time.monotonic() + 60.0
+    while any(map(is_alive, left)) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert left
+    assert not any(map(is_alive, left))
+
+
+def is_alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def mortal(x):

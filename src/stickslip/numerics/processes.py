@@ -6,9 +6,11 @@ enough, wait for the next one, and end when none comes. What cannot travel to th
 
 from __future__ import annotations
 
+import atexit
 import importlib
 import os
 import signal
+import threading
 import time
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
@@ -26,6 +28,7 @@ WORTH: Final = 2.0  # seconds of work for which processes are started
 MOST: Final = 16  # processes: each takes some 200 MB
 IDLE: Final = 300  # seconds after which processes end
 AHEAD: Final = 1  # tasks of one caller that wait for a process: others get their turn
+ORPHAN: Final = 2.0  # seconds for which a process may outlive the one that started it
 WATCH: Final = 0.05  # seconds between two looks whether the work is still wanted
 
 Item = TypeVar("Item")
@@ -107,6 +110,10 @@ class _Processes:
     are_up = False
     niceness = 0  # of each: how far they give way to others
 
+    def __init__(self) -> None:
+        self._pool: Any = None
+        self._starting = threading.Lock()
+
     @cached_property
     def start(self) -> bool:
         """Whether processes can start here, and there are cores for them."""
@@ -131,29 +138,56 @@ class _Processes:
             self.submit(int)
 
     def submit(self, *task: Any) -> Future[Any]:
-        """Give a task to one of them; they start, if they have not."""
+        """Give a task to one of them; they start, if they have not, or if one has died."""
         self.are_up = True
-        future: Future[Any] = self._pool().submit(*task)
+        pool = self._running()
+        try:
+            future: Future[Any] = pool.submit(*task)
+        except BrokenExecutor:
+            self._forget(pool)
+            future = self._running().submit(*task)
         return future
 
     def end(self) -> None:
         """End them, whatever they do."""
         self.are_up = False
-        self._pool().shutdown(kill_workers=True)
+        if (pool := self._pool) is not None:
+            self._forget(pool)
+            pool.shutdown(kill_workers=True)
 
-    def _pool(self) -> Any:
-        # Asked for with other arguments, loky waits for the tasks of the pool before.
-        own = {PROCESS: "1", "OPENBLAS_NUM_THREADS": "1"}
-        return importlib.import_module("loky").get_reusable_executor(
-            self.count, timeout=IDLE, initializer=_begin, initargs=(self.niceness,), env=own
-        )
+    def _running(self) -> Any:
+        # One pool for all threads: loky's reusable one is each thread's own.
+        with self._starting:
+            if self._pool is None:
+                own = {PROCESS: "1", "OPENBLAS_NUM_THREADS": "1"}
+                self._pool = importlib.import_module("loky").ProcessPoolExecutor(
+                    self.count,
+                    timeout=IDLE,
+                    initializer=_begin,
+                    initargs=(self.niceness, os.getpid()),
+                    env=own,
+                )
+            return self._pool
+
+    def _forget(self, pool: Any) -> None:
+        with self._starting:
+            if self._pool is pool:  # another thread may have started others
+                self._pool = None
 
 
 PROCESSES: Final = _Processes()
+atexit.register(PROCESSES.end)
 
 
-def _begin(niceness: int) -> None:
-    """Leave Ctrl-C to the process that waits."""
+def _begin(niceness: int, parent: int) -> None:
+    """Leave Ctrl-C to the process that waits, and end with it however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(niceness)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(ORPHAN)
+    os._exit(1)
