@@ -63,6 +63,25 @@ def test_goes_round_a_circle():
         assert p.tangent == pytest.approx([-p.y[1], p.y[0]], abs=1e-10)
 
 
+def test_steps_ahead_are_foretold_and_noise_is_recognised():
+    rng, evaluations = np.random.default_rng(1), []
+
+    def noisy(y):
+        f, jacobian, _ = circle(y)
+        evaluations.append(1)
+        return f + 1e-12 * rng.standard_normal(1), jacobian, None
+
+    counts = []
+    for foretell in (False, True):
+        curve = ArclengthCurve(noisy, ONE, control=StepControl(foretell=foretell))
+        start = curve.point(np.array([1.0, 0.0]))
+        evaluations.clear()
+        points, _ = follow(curve, start, 100)
+        counts.append(len(evaluations))
+        assert np.abs([np.hypot(*p.y) - 1 for p in points]).max() < 1e-11
+    assert counts[1] < 0.8 * counts[0]
+
+
 def test_turning_points_are_found_to_rounding():
     curve = ArclengthCurve(circle, ONE)
     points, _ = follow(curve, curve.point(np.array([1.0, 0.0])), 400)

@@ -22,8 +22,9 @@ from stickslip.numerics.zeros import zero_between
 Floats: TypeAlias = NDArray[np.float64]
 Equations: TypeAlias = Callable[[Floats], tuple[Floats, Floats, Any]]
 
-CLOSE_ENOUGH: Final = 1e-13  # scaled Newton step: the next would be its square
 STALLED: Final = 1e-8  # scaled Newton steps this small that do not shrink are rounding
+NOISE: Final = 1e-11  # scaled Newton steps this small that shrink less than foreseen are, too
+UNFORESEEN: Final = 16.0  # times the step that quadratic convergence foretells
 CONTRACTS: Final = 0.5  # each Newton step at most this share of the one before
 FIRST_SHARE: Final = 0.5  # of the step along the curve: a longer correction mistrusts the guess
 CALM: Final = 4  # steps in a row after which one that left the region is forgotten
@@ -82,6 +83,8 @@ class StepControl:
     patience: int = (
         2  # steps out of the region that are halved before `ArclengthCurve.walk` ends there
     )
+    enough: float = 1e-13  # Newton step: the next would be its square
+    foretell: bool = False  # a point ahead by a cubic, and Newton's next step by its square
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +135,7 @@ class ArclengthCurve:
         self, guess: Floats, normal: Floats, ahead: Floats, longest: float
     ) -> CurvePoint:
         """Newton's method in the plane through a guess; bounded, and it has to contract."""
-        y, before = guess.copy(), longest / CONTRACTS
+        y, before, foreseen = guess.copy(), longest / CONTRACTS, math.inf
         for count in range(self.control.corrections + 1):
             if not self.low <= y[-1] <= self.high:
                 raise _BeyondRangeError
@@ -140,7 +143,8 @@ class ArclengthCurve:
             step = self._newton_step(residual, jacobian, normal)
             length = float(np.linalg.norm(step))
             rounding = length > CONTRACTS * before and length <= STALLED
-            if length <= CLOSE_ENOUGH or rounding:
+            rounding |= UNFORESEEN * foreseen < length <= NOISE
+            if length <= self.control.enough or rounding:
                 # The last step is not worth another evaluation, but is taken if it is one.
                 new = y if rounding else y + self.scale * step
                 new[-1] = min(max(new[-1], self.low), self.high)
@@ -149,6 +153,8 @@ class ArclengthCurve:
                 return CurvePoint(new, tangent, largest, count, note, self.control.first)
             if not length <= CONTRACTS * before:
                 break
+            if count and self.control.foretell:
+                foreseen = length * (length / before) ** 2
             y, before = y + self.scale * step, length
         raise StepTooLong("Newton's method does not converge")
 
@@ -172,9 +178,10 @@ class ArclengthCurve:
     def walk(self, start: CurvePoint) -> Generator[CurvePoint, None, WalkEnd]:
         """Yield points from a start in the direction of its tangent; ends of the range exactly."""
         here, step, retreats, calm = start, start.step, 0, 0
+        last: CurvePoint | None = None
         while not self._at_end(here):
             try:
-                new, landed = self._step(here, step)
+                new, landed = self._step(last, here, step)
             except StepTooLong:
                 step *= 0.5
             except LeavesRegion as left:
@@ -188,7 +195,7 @@ class ArclengthCurve:
                 # Before a border steps that grow again would only approach it.
                 grown = self._next_step(here, new, step) if not retreats else step
                 step = min(grown, self.control.largest)
-                here = replace(new, step=step)
+                last, here = here, replace(new, step=step)
                 yield here
                 if landed:
                     break
@@ -201,30 +208,45 @@ class ArclengthCurve:
         rate = point.tangent[-1]
         return (point.y[-1] >= self.high and rate > 0) or (point.y[-1] <= self.low and rate < 0)
 
-    def _step(self, here: CurvePoint, step: float) -> tuple[CurvePoint, bool]:
-        """Make one step along the tangent, or onto the end of the range if that is closer."""
+    def _step(
+        self, last: CurvePoint | None, here: CurvePoint, step: float
+    ) -> tuple[CurvePoint, bool]:
+        """Make one step ahead, or onto the end of the range if that is closer."""
         rate = float(here.tangent[-1])
         end = self.high if rate > 0 else self.low
         to_end = (end - here.y[-1]) / self.scale[-1] / rate if rate else math.inf
         if to_end <= step:
-            return self._landed(here, to_end, end), True
+            return self._landed(last, here, to_end, end), True
         try:
-            guess = here.y + step * self.scale * here.tangent
+            guess = self._foretold(last, here, step)
             new = self._corrected(guess, here.tangent, here.tangent, FIRST_SHARE * step)
         except _BeyondRangeError:
             if to_end > 2 * step:
                 raise
-            return self._landed(here, to_end, end), True
+            return self._landed(last, here, to_end, end), True
         self._check(here, new)
         return new, False
 
-    def _landed(self, here: CurvePoint, length: float, end: float) -> CurvePoint:
+    def _foretold(self, last: CurvePoint | None, here: CurvePoint, step: float) -> Floats:
+        """Guess a point ahead: on the cubic through the last two, or along the first tangent."""
+        if last is None or not self.control.foretell:
+            return here.y + step * self.scale * here.tangent
+        length = float(np.linalg.norm((here.y - last.y) / self.scale))
+        way = _hermite(last, here, 1.0 + step / length, length, self.scale)
+        guess: Floats = last.y + self.scale * way
+        return guess
+
+    def _landed(
+        self, last: CurvePoint | None, here: CurvePoint, length: float, end: float
+    ) -> CurvePoint:
         """Solve for the point with the parameter at the end of its range."""
-        guess = here.y + length * self.scale * here.tangent
+        guess = self._foretold(last, here, length)
         guess[-1] = end
         normal = np.zeros(len(guess))
         normal[-1] = 1.0
-        new = self._corrected(guess, normal, here.tangent, FIRST_SHARE * max(length, CLOSE_ENOUGH))
+        new = self._corrected(
+            guess, normal, here.tangent, FIRST_SHARE * max(length, self.control.enough)
+        )
         self._check(here, new)
         new.y[-1] = end
         return new

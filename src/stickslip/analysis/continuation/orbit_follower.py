@@ -172,6 +172,11 @@ class OrbitFollower(Follower):
 class LineOrbitFollower(OrbitFollower):
     """Follows an orbit of a map of a line to borders, which are solved for as conditions."""
 
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        # Borders are not approached, so that steps may be as long as they can.
+        self.control = replace(self.control, enough=1e-14, foretell=True)
+
     def size(self) -> float:
         """Width of the domain."""
         return domain_width(self.f)
