@@ -262,6 +262,11 @@ class Job:
             self._left -= self._gate.leave(self._ticket)
 
 
+def has_job() -> bool:
+    """Whether this thread works for a job: not in another process, whose work is for nobody."""
+    return _current.get() is not None
+
+
 def checkpoint() -> None:
     """Check this thread's job, if there is one; see `Job.check`."""
     if (job := _current.get()) is not None:

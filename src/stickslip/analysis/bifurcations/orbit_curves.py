@@ -79,9 +79,10 @@ class _Web:
 
 def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
     """Join all orbits of a survey to curves, once; ``concerned`` goes by the span's number."""
-    if survey.curves is None:
-        survey.curves = _curves(survey, concerned)
-    return survey.curves
+    with survey.joining:
+        if survey.curves is None:
+            survey.curves = _curves(survey, concerned)
+        return survey.curves
 
 
 def _curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:

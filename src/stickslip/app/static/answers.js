@@ -59,7 +59,8 @@ export class Answers {
     answer.error = part.error;
     answer.cancelled = part.cancelled;
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
-    answer.progress = part.progress ?? answer.progress;
+    // Parts of an answer are worked on side by side: the later may be told of first.
+    answer.progress = Math.max(part.progress ?? 0, answer.progress);
     if (!part.error && !part.cancelled && !EMPTY.has(part.data.part_name)) answer.parts.push(part);
     const late = shown && alike(shown.question, present) && !alike(question, present);
     if (!late && this.#takesOver(slot, answer, shown)) this.shown.set(slot, answer);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextvars import copy_context
 from typing import Any, Final
 
 import numpy as np
@@ -24,6 +25,7 @@ from stickslip.app.requests import Part
 from stickslip.app.views.model import map_of, naming, range_of
 from stickslip.numerics.arrays import Floats
 from stickslip.numerics.processes import PROCESSES
+from stickslip.numerics.threads import pool
 
 SEEDS: Final = 8  # orbits that the first dots are taken from
 SETTLING: Final = 60  # steps of each before dots are kept
@@ -51,11 +53,15 @@ def diagram(request: requests.Diagram) -> Iterator[Part]:
     f = line_family(map_of(request))
     low, high = range_of(f, request)
     PROCESSES.begin(GIVES_WAY)
-    yield from _dots(f, request, low, high)
-    survey = surveyed(f, request, low, high)
-    values = np.linspace(low, high, request.values)
-    yield _branches(diagram_of(survey, values, Work(progress_between(0.4, 0.5))))
-    items = bifurcations_of(survey, Work(progress_between(0.3, 0.8)))
+    # Lists and attractors come from processes: this one has time for the rest meanwhile.
+    with pool(1, "diagram") as thread:
+        begun = thread.submit(copy_context().run, surveyed, f, request, low, high)
+        yield from _dots(f, request, low, high)
+        survey, work = begun.result(), Work(progress_between(0.4, 0.8))
+        listing = thread.submit(copy_context().run, bifurcations_of, survey, work)
+        values = np.linspace(low, high, request.values)
+        yield _branches(diagram_of(survey, values, Work(progress_between(0.4, 0.5))))
+        items = listing.result()
     data = {
         "bifurcations": [{"short": SHORT[item.kind], **item.row()} for item in items],
         "unresolved": [str(item) for item in items.unresolved],

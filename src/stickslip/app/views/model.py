@@ -13,7 +13,7 @@ from msgspec import to_builtins
 
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.app.jobs import checkpoint
+from stickslip.app.jobs import checkpoint, has_job
 from stickslip.app.requests import BadRequestError, Part, fastest, is_ours, model_of, refuse_busy
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.return_map import SectionMap, return_map
@@ -60,6 +60,9 @@ class WatchedBackend:
 
     def _pieces(self, d: Floats) -> Iterator[Floats]:
         """Cut points into pieces that take a moment each, with a checkpoint before each."""
+        if not has_job():
+            yield d
+            return
         start = 0
         while start < len(d) or not start:
             checkpoint()
@@ -93,6 +96,8 @@ class WatchedBackend:
 
     def iterate(self, orbits: Floats) -> None:
         """Fill rows from their first entries on, some steps at a time."""
+        if not has_job():
+            return self._backend.iterate(orbits)
         start = 0
         while start < orbits.shape[1] - 1:
             checkpoint()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from functools import partial
 from itertools import pairwise
+from threading import Lock
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -65,6 +66,7 @@ class Survey(Range):
         self.unresolved: list[UnresolvedChange] = []
         self.grid_nodes: list[Node] = []
         self.curves: tuple[Curve, ...] | None = None  # of all orbits, once they are joined
+        self.joining = Lock()  # a diagram and a list may want them at once
         self.n_nodes = 0
         self._classes = SymbolClasses()
         self._at_ends: dict[float, list[Suspect]] = {}  # events there are in no list's middle

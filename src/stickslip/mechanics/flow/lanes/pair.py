@@ -25,18 +25,19 @@ def pair_numbers(plant: Plant) -> Floats | None:
     V = found[layout.BELT]
     if found[layout.DETERMINANT] == 0.0 or V == 0.0:
         return None
-    energy = np.linalg.inv(plant.stiffness).tolist()
-    mass = _masses(plant)
+    (a, b), (c, d) = plant.stiffness.tolist()
+    mass, size = _masses(plant), a * d - b * c
+    energy = (d / size, a / size)  # diagonal of the inverse
     for i, j in ORDERS:
         lone = found[layout.DRIFT + i] > 0.0 and found[layout.DRAG + i] == 0.0
         found[layout.LONE + i] = found[layout.CROSS + i] if lone else math.nan
         found[layout.MASS + i] = mass[i]
-        found[layout.SPRING + i] = mass[i] * energy[i][i] * mass[i]
+        found[layout.SPRING + i] = mass[i] * energy[i] * mass[i]
         found[layout.SIDE + i] = _side(found[layout.DRIFT + i])
         # A block that no common displacement loads stays until the other leaves.
         if not found[layout.DRIFT + j]:
             found[layout.BASE + i] = found[layout.SIDE + i] * math.inf
-    found[layout.SPRING_BOTH] = 2.0 * (mass[0] * energy[0][1] * mass[1])
+    found[layout.SPRING_BOTH] = -2.0 * (mass[0] * (b / size) * mass[1])
     found[layout.FLOOR] = V * V * min(mass) if plant.dissipates else -math.inf
     row = np.zeros(layout.NUMBERS)
     for place, number in found.items():
