@@ -2,10 +2,10 @@
 # Every target makes the environment it needs from the lock files; nothing has to be activated.
 #
 #   make reproduce    the paper's figures and table of values in out/
-#   make test         the test suite
+#   make test         the test suite, but for the tests of a second and more
 #   make quick        a choice of it from every package, half a minute: for the inner loop
 #   make evidence     the large samples and long proofs, an hour or two
-#   make check        lint, types, the page, import contracts, budgets, then the tests: what CI runs
+#   make check        lint, types, the page, import contracts, budgets, then all tests: what CI runs
 #   make docs         the documentation in docs/_build/html, from local files alone
 #   make packaging    wheel and sdist in empty environments, oldest and newest dependencies
 #   make benchmark    the timings, competitors included
@@ -17,6 +17,7 @@ JOBS ?= 2
 
 PY := $(VENV)/bin/python
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check
+TESTS := $(PY) -m pytest -n $(JOBS) --dist worksteal -q
 STAMPS := $(VENV)/.stickslip
 COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 	--generate-hashes --no-strip-extras --no-emit-index-url --no-emit-find-links --no-header
@@ -37,15 +38,15 @@ help:
 reproduce: $(STAMPS)/core
 	$(PY) -m stickslip.cli reproduce --out out
 
-# The kernels once as plain Python (real tracebacks, coverage; some seconds), then everything, compiled.
-# `$(MAKE)` one after the other, also under `make -j`: the summary of the whole suite comes last.
+# The kernels once as plain Python (real tracebacks, coverage; some seconds), then the tests that take
+# less than a second, compiled. `$(MAKE)` one after the other, also under `make -j`: the summary comes last.
 test: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory test-kernels
-	@$(MAKE) --no-print-directory test-all
+	$(TESTS) -m "not slow and not long"
 
 # Files, not a marker: to collect all tests takes seven seconds and more in every worker.
 quick: $(STAMPS)/dev
-	$(PY) -m pytest $$(grep -v '^#' tests/quick.txt) -n $(JOBS) --dist worksteal -q -m "not slow"
+	$(TESTS) $$(grep -v '^#' tests/quick.txt) -m "not slow and not long"
 
 check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory lint
@@ -53,13 +54,14 @@ check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory page
 	@$(MAKE) --no-print-directory contracts
 	@$(MAKE) --no-print-directory budgets
-	@$(MAKE) --no-print-directory test
+	@$(MAKE) --no-print-directory test-kernels
+	@$(MAKE) --no-print-directory test-all
 
 # What takes too long for every change: tests marked slow, the others with many random examples, then
 # random systems against the oracles.
 # Counts are added to docs/evidence.csv; every run takes other systems.
 evidence: $(STAMPS)/dev
-	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m "slow or hypothesis" --hypothesis-profile many
+	$(TESTS) -m "slow or hypothesis" --hypothesis-profile many
 	$(PY) -m tests.acceptance.evidence coulomb --n 20000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.evidence steppers --n 2000 --jobs $(JOBS)
 	$(PY) -m tests.acceptance.evidence grazing --kind coulomb --n 200 --breakpoints 2 \
@@ -104,7 +106,7 @@ test-kernels: $(STAMPS)/dev
 	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m "kernel and not slow" -q
 
 test-all: $(STAMPS)/dev
-	$(PY) -m pytest -n $(JOBS) --dist worksteal -q -m "not slow"
+	$(TESTS) -m "not slow"
 
 lint: $(STAMPS)/dev
 	$(PY) -m ruff format --check .

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 from hypothesis import HealthCheck, settings
+from tests.house.long import bare, named
 
 # First calls compile, so that no single example may be held to a deadline.
 # Examples are few in every run, as samples are (tests/sizes.py), many in `make evidence`.
@@ -21,6 +22,8 @@ settings.register_profile("many", settings.get_profile("local"), max_examples=15
 # CI tries the same examples in every run: red means that the change broke something.
 settings.register_profile("ci", settings.get_profile("local"), derandomize=True, database=None)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+LONG_TESTS = named()
 
 # The cores are the suite's own workers': tests/numerics/test_processes.py starts processes itself.
 os.environ.setdefault("LOKY_MAX_CPU_COUNT", "1")
@@ -48,6 +51,13 @@ def pytest_collection_modifyitems(config, items):
     others = [item for item in items if plants not in item.path.parents]
     half = len(items) // 2
     items[:] = others[:half] + own + others[half:]
+
+
+@pytest.hookimpl(tryfirst=True)  # before what is deselected goes
+def pytest_itemcollected(item):
+    """Mark what takes long."""
+    if bare(item.nodeid) in LONG_TESTS:
+        item.add_marker("long")
 
 
 @pytest.fixture(autouse=True)

@@ -20,6 +20,7 @@ from stickslip.app.server import application
 from stickslip.app.session import BURST, PAUSE, SHARE, SLOTS, Limits, Workers
 from stickslip.app.views import VIEWS
 from stickslip.app.views.model import naming
+from stickslip.mechanics.model.file import model_values
 
 
 @pytest.fixture
@@ -214,12 +215,12 @@ def test_the_compiler_is_waited_for_before_an_answer_is_timed(monkeypatch):
         checkpoint()
         yield from view(request)
 
-    def compiling():
+    def compiling(_):
         assert compiled.wait(10)
         return iter(())
 
     monkeypatch.setitem(VIEWS, requests.Locus, needs_the_compiler)
-    monkeypatch.setattr(explorer, "_first_asked", compiling)
+    monkeypatch.setattr(explorer, "_asked_first", compiling)
     with (
         TestClient(application(host="testserver", limits=Limits(seconds=0.2))) as client,
         opened(client) as page,
@@ -228,6 +229,14 @@ def test_the_compiler_is_waited_for_before_an_answer_is_timed(monkeypatch):
         time.sleep(0.5)
         compiled.set()
         assert "error" not in page.answer(number)[-1].header
+
+
+def test_kernels_of_the_model_that_the_page_begins_with_come_first():
+    values = model_values(ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.3)))
+    first, second, *_ = explorer._asked_first(values)
+    assert [request.model for request in first] == [values]
+    assert second[0].model["kind"] == "two_block"
+    assert next(explorer._asked_first(None))[0].model == second[0].model
 
 
 def test_a_crash_is_logged_and_others_go_on(client, page, monkeypatch, caplog):

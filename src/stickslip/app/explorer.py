@@ -38,9 +38,10 @@ FULL: Final = "too many pages are open"
 class Warmth:
     """Whether the kernels are compiled, and who wants to know."""
 
-    def __init__(self, gate: Gate, compiler: Compiler) -> None:
+    def __init__(self, gate: Gate, compiler: Compiler, model: Any = None) -> None:
         self._gate = gate
         self._compiler = compiler
+        self._model = model  # values of one that the page begins with
         self._lock = threading.Lock()
         self._cold_pages: list[Session] = []
         self._steps: dict[str, int] | None = None  # none until there is something to compile
@@ -69,7 +70,7 @@ class Warmth:
         return {"id": 0, "view": "hello", "part": 0, "last": True, "data": data}
 
     def start(self) -> None:
-        """Compile in the background; until then no job begins: it would wait for the compiler."""
+        """Compile in the background; no job begins before the first stage: it would wait for it."""
         self._gate.shut()
         threading.Thread(target=self._warm_up, daemon=True).start()
 
@@ -82,40 +83,46 @@ class Warmth:
 
     def _warm_up(self) -> None:
         started = time.perf_counter()
+        stages = _asked_first(self._model)
         try:
-            self._compiler.prepare(_first_asked(), self._tell)
+            self._compiler.prepare(next(stages, ()), self._tell)
             LOG.info("kernels are ready after %.1f s", time.perf_counter() - started)
         finally:
             self.is_warm = True
             self._tell(1, 1)
             self._cold_pages.clear()
             self._gate.open()
+        for asked in stages:
+            self._compiler.prepare(asked)
 
 
-def _first_asked() -> Iterator[requests.Request]:
-    """Ask for what the page begins with, and for the motion of each other preset."""
-    for model in (examples.coulomb(), examples.law9()):
-        values = model_values(model)
-        yield from (
-            requests.EventMap(values),
-            requests.Motion(values),
-            requests.Cobweb(values, d=0.1),
-        )
-    values = model_values(examples.coulomb())
-    yield requests.Basins(values)
-    yield requests.Diagram(values, parameter="V", range=(0.0369, 0.037))
-    for preset in presets():
-        if preset["state"]["model"]["kind"] != "two_block":
-            yield requests.Motion(preset["state"]["model"])
+def _asked_first(model: Any) -> Iterator[list[requests.Request]]:
+    """Yield, in stages, what is asked of the page's model, of two blocks, of the other presets."""
+    if model is not None:
+        yield _asked_of(model)
+    coulomb, law9 = (model_values(each) for each in (examples.coulomb(), examples.law9()))
+    diagram = requests.Diagram(coulomb, parameter="V", range=(0.0369, 0.037))
+    yield [*_asked_of(coulomb), requests.Basins(coulomb), diagram]
+    yield _asked_of(law9)
+    others = (preset["state"]["model"] for preset in presets())
+    yield [requests.Motion(values) for values in others if values["kind"] != "two_block"]
+
+
+def _asked_of(values: Any) -> list[requests.Request]:
+    """Ask for a motion, and for the map where it is one of two blocks."""
+    motion = requests.Motion(values)
+    if values["kind"] != "two_block":
+        return [motion]
+    return [requests.EventMap(values), motion, requests.Cobweb(values, d=0.1)]
 
 
 class Explorer:
     """Its pages, and what they share."""
 
-    def __init__(self, limits: Limits | None = None) -> None:
+    def __init__(self, limits: Limits | None = None, model: Any = None) -> None:
         self._limits = limits or Limits()
         self._workers = Workers(available_threads(), self._limits)
-        self.warmth = Warmth(self._workers.gate, self._workers.compiler)
+        self.warmth = Warmth(self._workers.gate, self._workers.compiler, model)
         self.pages: set[Session] = set()
         self.downloads = Downloads(self._workers)
 

@@ -117,7 +117,7 @@ def application(
     # Requests that name another host than `host` are refused, unless it is served at all addresses.
     # A preset that is `opened` comes first, before those that everybody has.
     # Pages of its own origin and of `framed_by` may show it in a frame.
-    site = _Site(limits, warm)
+    site = _Site(limits, warm, None if opened is None else opened["state"]["model"])
     listed = msgspec.json.encode(presets() if opened is None else [opened, *presets()])
     json = partial(Response, media_type="application/json")
     routes = [
@@ -136,8 +136,9 @@ def application(
 class _Site:
     """Serves files at once; what computes is loaded while the first page shows them."""
 
-    def __init__(self, limits: Limits | None, warm: bool) -> None:
+    def __init__(self, limits: Limits | None, warm: bool, model: Any = None) -> None:
         self._limits = limits
+        self._model = model
         self._warm = warm
         self._greeted = asyncio.Event()
         self._explorer: Explorer | None = None
@@ -153,7 +154,7 @@ class _Site:
     async def _load(self) -> Explorer:
         with suppress(TimeoutError):
             await asyncio.wait_for(self._greeted.wait(), ALONE)
-        explorer = await asyncio.to_thread(_explorer, self._limits)
+        explorer = await asyncio.to_thread(_explorer, self._limits, self._model)
         if self._warm:
             explorer.warmth.start()
         self._explorer = explorer
@@ -178,10 +179,10 @@ class _Site:
         return await (await self._loaded()).downloads.answer(request)
 
 
-def _explorer(limits: Limits | None) -> Explorer:
+def _explorer(limits: Limits | None, model: Any) -> Explorer:
     from stickslip.app.explorer import Explorer  # loads the library
 
-    return Explorer(limits)
+    return Explorer(limits, model)
 
 
 MESSAGE_SIZE: Final = 64 * 1024  # bytes of a request; answers are larger
