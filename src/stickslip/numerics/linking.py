@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import cgutils, compiler, types
+from numba.core import cgutils, compiler, entrypoints, types
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
@@ -328,14 +328,17 @@ class Kernel(CPUDispatcher):
     ) -> None:
         super().__init__(function, targetoptions=options)
         self.short_loops = short_loops
-        self._compiler = _EntryCompiler(self)
         self.folder = folder
         self._outside: list[Any] = []  # machine code lives as long as this
         self._cache: Any = kernel_cache.KernelCache(function, folder)
 
+    def _compilation_chain_init_hook(self) -> None:
+        """Leave numba's extensions to the compiler: looking for them takes a while."""
+
     def compile(self, sig: Any) -> Any:
         """Compile for some types, unless another process does."""
         with self._cache.turn(sig, self.targetctx):
+            self._compiler = _EntryCompiler(self)  # not before: most kernels only kernels call
             return super().compile(sig)
 
     @cached_property
@@ -347,6 +350,7 @@ class Kernel(CPUDispatcher):
         """Its part for some types, typed and lowered, as numba calls it."""
         with global_compiler_lock:
             _believe_in_blas()
+            entrypoints.init_all()
             self.targetctx.refresh()  # not before: what was compiled runs without it
             self.typingctx.refresh()
             return _as_numba_calls(self.part.compile(args))
