@@ -28,7 +28,7 @@ from llvmlite.binding import get_host_cpu_features
 from numba.core import caching, compiler
 from numba.core.serialize import dumps
 
-from stickslip.files import whole_file
+from stickslip.files import undone_unless_finished
 
 fcntl: Any
 try:
@@ -72,8 +72,7 @@ def source_hash() -> str:
             return known[:16].decode()
     found = _hash_of_sources()
     if max(s.st_ctime for _, s in files) < time.time() - 2.0:  # no clock tells more from less
-        with _dispensable(), whole_file(memory) as temporary:
-            temporary.write_bytes(found.encode() + _seal(state, found.encode()))
+        _put(memory, found.encode() + _seal(state, found.encode()))
     return found
 
 
@@ -244,11 +243,17 @@ def _write(name: str, content: bytes) -> None:
     """Write a file of the cache, whole, where there is one."""
     root = cache_root()
     if root is not None:
-        with _dispensable():
-            path = root / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with whole_file(path) as temporary:
-                temporary.write_bytes(content + _seal(name, content))
+        _put(root / name, content + _seal(name, content))
+
+
+def _put(path: Path, sealed: bytes) -> None:
+    """Write a file whole: beside its place first, in no folder of its own, which takes 3 ms."""
+    with _dispensable():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside = path.with_name(f".{os.urandom(4).hex()}.partial")
+        with undone_unless_finished(lambda: beside.unlink(missing_ok=True)):
+            beside.write_bytes(sealed)
+            beside.replace(path)
 
 
 @contextmanager

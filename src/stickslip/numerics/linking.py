@@ -25,6 +25,7 @@ from numba.core.codegen import CodeLibrary, JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import Environment
+from numba.core.imputils import builtin_registry
 from numba.core.registry import CPUDispatcher
 
 from stickslip.numerics import kernel_cache
@@ -351,8 +352,7 @@ class Kernel(CPUDispatcher):
         with global_compiler_lock:
             _believe_in_blas()
             entrypoints.init_all()
-            self.targetctx.refresh()  # not before: what was compiled runs without it
-            self.typingctx.refresh()
+            _refresh(self.targetctx)  # not before: what was compiled runs without it
             return _as_numba_calls(self.part.compile(args))
 
     @property
@@ -375,6 +375,18 @@ class Kernel(CPUDispatcher):
             library.finalize_with(made.library)
         self._outside.append(library)
         return int(library.get_pointer_to_function(outside.name))
+
+
+def _refresh(target: Any) -> None:
+    """Have numba read what is registered, once: each of 250 methods asks for it again."""
+    target.load_additional_registries()
+    target.install_registry(builtin_registry)
+    target.refresh = lambda: None
+    try:
+        target.typing_context.refresh()
+    finally:
+        del target.refresh
+    target.refresh()
 
 
 @cache
