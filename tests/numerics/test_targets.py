@@ -551,6 +551,29 @@ def test_long_compilation_is_announced_on_stderr_only(tmp_path):
     assert second.stderr == ""
 
 
+def test_a_long_compilation_says_how_many_kernels_are_ready(tmp_path):
+    code = """
+        import logging
+        import time
+        from stickslip.numerics import linking, waiting
+        from stickslip.numerics.roots import safe_step
+        logging.basicConfig(level=logging.INFO)
+        waiting.PATIENCE = 0.01
+        linked = linking._EntryLibrary.finalize_with
+        def slow(*given):
+            time.sleep(1.5)
+            return linked(*given)
+        linking._EntryLibrary.finalize_with = slow
+        safe_step(1.0, -1.0, 0.0, 1.0, 1.0, 1.0)
+    """
+    first, second = (
+        run(code, STICKSLIP_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="0") for _ in range(2)
+    )
+    told = [line for line in first.stderr.splitlines() if "compiling kernels:" in line]
+    assert told[-1].endswith("s, kernels compiled: 1")
+    assert second.stderr == ""
+
+
 def test_where_no_thread_starts_kernels_compile_unannounced(tmp_path):
     code = """
         import threading

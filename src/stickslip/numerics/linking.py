@@ -32,6 +32,7 @@ from stickslip.numerics import kernel_cache
 from stickslip.numerics.translation.codes import Descriptor, around
 from stickslip.numerics.translation.statements import translate
 from stickslip.numerics.translation.values import NotUnderstood
+from stickslip.numerics.waiting import WATCH
 
 # LLVM's 250, and what five numbers count: kernels pass so many less for an array than numba does,
 # and long laws of one's own are a seventh slower without what was taken in because of them.
@@ -240,6 +241,7 @@ class _Part(CPUDispatcher):
                 return self.overloads[args]
             finally:
                 _open.remove(self.py_func)
+            WATCH.compiled += 1
             self._cache.save_overload(args, made)
         self.overloads[args] = made
         return made
