@@ -38,7 +38,8 @@ class PreparedKernels(BuildHookInterface):  # type: ignore[type-arg]
             }
             command = [sys.executable, "-m", "stickslip", "warmup", "--quiet"]
             subprocess.run(command, env={**os.environ, **machine, **places}, check=True)
-        build_data["force_include"][str(folder / "numba")] = "stickslip/prepared"
+        for made in filter(Path.is_dir, Path(folder, "numba").iterdir()):
+            build_data["force_include"][str(made)] = f"stickslip/prepared/{made.name}"
         build_data["pure_python"] = False
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["tag"] = f"cp{sys.version_info[0]}{sys.version_info[1]}-none-{platform}"

@@ -112,7 +112,8 @@ def real_numbers(name: str, values: object) -> Floats:
             array = array if refused else array.astype(np.float64)
     except (TypeError, ValueError, OverflowError) as reason:
         raise ValueError(_no_numbers(name, values)) from reason
-    if array.dtype.kind not in "iuf" or np.ma.is_masked(values):
+    masked = isinstance(values, np.ndarray) and np.ma.is_masked(values)  # np.ma takes time to load
+    if array.dtype.kind not in "iuf" or masked:
         raise ValueError(_no_numbers(name, values))
     with np.errstate(over="ignore"):  # longer floats may be infinite as floats
         return array.astype(np.float64, copy=False)

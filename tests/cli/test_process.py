@@ -196,11 +196,11 @@ main()
 
 @pytest.mark.parametrize(
     "calls",
-    [1, 10_000, 400_000, 1_500_000]
+    [1, 10_000, 400_000, 1_200_000]
     + [pytest.param(n, marks=pytest.mark.slow) for n in (100_000, 900_000)],
 )
 def test_a_command_is_interrupted_at_some_call_of_a_function(calls, tmp_path):
-    """As it imports, parses, loads kernels, computes: there are some 2,400,000."""
+    """As it imports, parses, loads kernels, computes: there are some 1,450,000."""
     command = "map --preset coulomb --grid 50 --out map.csv"
     done = subprocess.run(
         [sys.executable, "-c", COUNTED.format(calls=calls, command=command)],

@@ -94,7 +94,7 @@ def test_failures_have_codes_and_no_traceback(failure, code, fragment, monkeypat
     def failing():
         raise failure
 
-    monkeypatch.setattr(program, "application", lambda: lambda *_, **__: failing())
+    monkeypatch.setattr(program, "application", lambda *_: lambda *_, **__: failing())
     assert main(["map"]) == code
     captured = capsys.readouterr()
     assert fragment in captured.err

@@ -195,6 +195,35 @@ def test_a_home_that_does_not_exist_is_no_error(tmp_path):
 # --- never a stale result ----------------------------------------------------------------------
 
 
+def test_the_hash_of_the_sources_is_remembered_until_a_file_changes(folders, tmp_path, monkeypatch):
+    source = tmp_path / "stickslip" / "numerics" / "kernels.py"
+    source.parent.mkdir(parents=True)
+    monkeypatch.setattr(kernel_cache, "PACKAGE", tmp_path / "stickslip")
+    found = kernel_cache.source_hash.__wrapped__
+    read = []
+    reading = kernel_cache.kernel_sources
+    monkeypatch.setattr(
+        kernel_cache,
+        "kernel_sources",
+        lambda package: [read.append(package), *reading(package)][1:],
+    )
+    source.write_text("\n@kernel\ndef f(x):\n    return 1.0 * x\n")
+    first, again = found(), found()
+    assert first == again
+    assert len(read) == 2  # a change within a moment would not be seen
+    monkeypatch.setattr(kernel_cache.time, "time", lambda: time.time_ns() * 1e-9 + 60.0)
+    assert [found(), found()] == [first, first]
+    assert len(read) == 3
+    before = source.stat()
+    source.write_text(source.read_text().replace("1.0", "2.0"))
+    os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))  # of the same length and time
+    assert found() != first
+    (memory,) = (folders["own"] / "numba").glob("sources-*")
+    memory.write_bytes(memory.read_bytes()[:40])
+    assert found() != first
+    assert len(read) == 5
+
+
 @pytest.fixture
 def small_package(tmp_path):
     """A package of its own with what makes our kernels, a helper, and a caller elsewhere."""
@@ -519,6 +548,29 @@ def test_long_compilation_is_announced_on_stderr_only(tmp_path):
     first, second = run(code, **cold), run(code, **cold)
     assert first.stdout == second.stdout == "done\n"
     assert first.stderr.count("compiling kernels") == 1
+    assert second.stderr == ""
+
+
+def test_a_long_compilation_says_how_many_kernels_are_ready(tmp_path):
+    code = """
+        import logging
+        import time
+        from stickslip.numerics import linking, waiting
+        from stickslip.numerics.roots import safe_step
+        logging.basicConfig(level=logging.INFO)
+        waiting.PATIENCE = 0.01
+        linked = linking._EntryLibrary.finalize_with
+        def slow(*given):
+            time.sleep(1.5)
+            return linked(*given)
+        linking._EntryLibrary.finalize_with = slow
+        safe_step(1.0, -1.0, 0.0, 1.0, 1.0, 1.0)
+    """
+    first, second = (
+        run(code, STICKSLIP_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="0") for _ in range(2)
+    )
+    told = [line for line in first.stderr.splitlines() if "compiling kernels:" in line]
+    assert told[-1].endswith("s, kernels compiled: 1")
     assert second.stderr == ""
 
 

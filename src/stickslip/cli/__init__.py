@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -31,6 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             signal.signal(signal.SIGINT, _end)  # until there is more to do: importing takes a while
         # No matrix here is large; to begin threads for them takes a sixth of a short command.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        # Numba loads it where it is installed and uses it only if it runs already: a tenth.
+        sys.modules.setdefault("coverage", None)  # type: ignore[arg-type]
+        _put_off_collector()
         from stickslip.cli.process import run_as_process
 
         run_as_process(lambda: main(sys.argv[1:]))
@@ -42,6 +46,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from stickslip.cli.program import run
 
     return run(tokens)
+
+
+def _put_off_collector() -> None:
+    """Look for garbage when the program is loaded: what is loaded lasts, and is a tenth, too."""
+    usual = gc.get_threshold()
+
+    def loaded(phase: str, about: object) -> None:
+        gc.callbacks.remove(loaded)
+        gc.set_threshold(*usual)
+
+    gc.callbacks.append(loaded)
+    gc.set_threshold(200_000, *usual[1:])
 
 
 def _end(number: int, frame: object) -> None:

@@ -262,7 +262,7 @@ class SystemOptions:
 
     def map(self, **more: Any) -> Any:
         """Build the map of a model, of any dimension, with further settings."""
-        from stickslip.mechanics.cycle.return_map import map_of
+        from stickslip.mechanics.eventmap.of_model import map_of
 
         return map_of(self.model(), **self.engine.settings(), **more)
 

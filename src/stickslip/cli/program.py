@@ -55,8 +55,8 @@ COMMANDS: Final[dict[str, tuple[Callable[..., Any], str]]] = {
 """By name: the function, and its examples."""
 
 
-def application() -> App:
-    """Build the parser of all `COMMANDS`."""
+def application(first: str = "") -> App:
+    """Build the parser of the command that `first` names; of all `COMMANDS` if it names none."""
     app = App(
         name="stickslip",
         help="Dry-friction oscillators as exact, fast event maps.",
@@ -65,9 +65,11 @@ def application() -> App:
         version=__version__,
         suppress_keyboard_interrupt=False,
     )
-    for name, (command, examples) in COMMANDS.items():
+    for name in {first} & COMMANDS.keys() or COMMANDS:
+        command, examples = COMMANDS[name]
         app.command(command, name=name, help_epilogue=_examples(examples))
-    app.register_install_completion_command()
+    if first not in COMMANDS:
+        app.register_install_completion_command()
     return app
 
 
@@ -83,7 +85,7 @@ def run(tokens: list[str]) -> int:
     logging.getLogger("stickslip").setLevel(logging.INFO)
     try:
         _refuse_undecoded(tokens)
-        code = application()(
+        code = application(*tokens[:1])(
             tokens, exit_on_error=False, print_error=False, result_action="return_value"
         )
         sys.stdout.flush()

@@ -20,17 +20,19 @@ from typing import Any, ClassVar
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import cgutils, compiler, types
+from numba.core import cgutils, compiler, entrypoints, types
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import Environment
+from numba.core.imputils import builtin_registry
 from numba.core.registry import CPUDispatcher
 
 from stickslip.numerics import kernel_cache
 from stickslip.numerics.translation.codes import Descriptor, around
 from stickslip.numerics.translation.statements import translate
 from stickslip.numerics.translation.values import NotUnderstood
+from stickslip.numerics.waiting import WATCH
 
 # LLVM's 250, and what five numbers count: kernels pass so many less for an array than numba does,
 # and long laws of one's own are a seventh slower without what was taken in because of them.
@@ -239,6 +241,7 @@ class _Part(CPUDispatcher):
                 return self.overloads[args]
             finally:
                 _open.remove(self.py_func)
+            WATCH.compiled += 1
             self._cache.save_overload(args, made)
         self.overloads[args] = made
         return made
@@ -328,14 +331,17 @@ class Kernel(CPUDispatcher):
     ) -> None:
         super().__init__(function, targetoptions=options)
         self.short_loops = short_loops
-        self._compiler = _EntryCompiler(self)
         self.folder = folder
         self._outside: list[Any] = []  # machine code lives as long as this
         self._cache: Any = kernel_cache.KernelCache(function, folder)
 
+    def _compilation_chain_init_hook(self) -> None:
+        """Leave numba's extensions to the compiler: looking for them takes a while."""
+
     def compile(self, sig: Any) -> Any:
         """Compile for some types, unless another process does."""
         with self._cache.turn(sig, self.targetctx):
+            self._compiler = _EntryCompiler(self)  # not before: most kernels only kernels call
             return super().compile(sig)
 
     @cached_property
@@ -347,8 +353,8 @@ class Kernel(CPUDispatcher):
         """Its part for some types, typed and lowered, as numba calls it."""
         with global_compiler_lock:
             _believe_in_blas()
-            self.targetctx.refresh()  # not before: what was compiled runs without it
-            self.typingctx.refresh()
+            entrypoints.init_all()
+            _refresh(self.targetctx)  # not before: what was compiled runs without it
             return _as_numba_calls(self.part.compile(args))
 
     @property
@@ -371,6 +377,18 @@ class Kernel(CPUDispatcher):
             library.finalize_with(made.library)
         self._outside.append(library)
         return int(library.get_pointer_to_function(outside.name))
+
+
+def _refresh(target: Any) -> None:
+    """Have numba read what is registered, once: each of 250 methods asks for it again."""
+    target.load_additional_registries()
+    target.install_registry(builtin_registry)
+    target.refresh = lambda: None
+    try:
+        target.typing_context.refresh()
+    finally:
+        del target.refresh
+    target.refresh()
 
 
 @cache

@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, wait
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -148,9 +148,12 @@ def write_module(stem: str, text: str) -> ModuleType:
 class _Announcer(event.Listener):
     """Says on stderr that kernels are being compiled, once it takes longer than a second."""
 
+    # Nobody knows how many a call needs: `waiting` tells how many are ready.
+
     def __init__(self) -> None:
         self._depth = 0
         self._timer: threading.Timer | None = None
+        self._told = ExitStack()
 
     def on_start(self, event: Any) -> None:
         if not isinstance(event.data["dispatcher"], Kernel):
@@ -161,6 +164,7 @@ class _Announcer(event.Listener):
             self._timer.daemon = True
             with suppress(RuntimeError):  # no thread to be had: nothing is said
                 self._timer.start()
+                self._told.enter_context(waiting("compiling kernels"))
 
     def on_end(self, event: Any) -> None:
         if not isinstance(event.data["dispatcher"], Kernel):
@@ -168,6 +172,7 @@ class _Announcer(event.Listener):
         self._depth -= 1
         if self._depth == 0 and self._timer is not None:
             self._timer.cancel()
+            self._told.close()
 
 
 def _announce() -> None:

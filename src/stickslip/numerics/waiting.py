@@ -28,6 +28,7 @@ class _Watch:
 
     quiet = False  # the command line was asked to be
     told = False  # of a call that is not over
+    compiled = 0  # kernels, in this process
 
 
 WATCH: Final = _Watch()
@@ -73,7 +74,7 @@ class _Wait(threading.Thread):
 
     def __init__(self, what: str) -> None:
         super().__init__(daemon=True)
-        self._what, self._share = what, 0.0
+        self._what, self._share, self._compiled = what, 0.0, WATCH.compiled
         self._begun, self._over = time.monotonic(), threading.Event()
 
     def tell(self, share: SupportsFloat) -> None:
@@ -99,7 +100,9 @@ class _Wait(threading.Thread):
 
     def __str__(self) -> str:
         share = f", {self._share:.0%} done" if self._share else ""
-        return f"{self._what}: {time.monotonic() - self._begun:.0f} s{share}"
+        compiled = WATCH.compiled - self._compiled
+        kernels = f", kernels compiled: {compiled}" if compiled else ""
+        return f"{self._what}: {time.monotonic() - self._begun:.0f} s{share}{kernels}"
 
     def _on_terminal(self) -> None:
         from rich.console import Console

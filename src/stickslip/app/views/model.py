@@ -17,9 +17,9 @@ from stickslip.app.jobs import checkpoint, has_job
 from stickslip.app.requests import BadRequestError, Part, fastest, is_ours, model_of, refuse_busy
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.return_map import SectionMap, return_map
-from stickslip.mechanics.cycle.return_map import map_of as map_of_model
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.eventmap.event_map import ModelMap
+from stickslip.mechanics.eventmap.of_model import map_of as map_of_model
 from stickslip.mechanics.eventmap.records import Outputs
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus as geometry

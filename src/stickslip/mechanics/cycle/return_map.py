@@ -17,7 +17,7 @@ from stickslip.mechanics.cycle.shooting import size_of
 from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.mechanism import UNKNOWN, mechanism_between
-from stickslip.mechanics.eventmap.of_model import event_map, register_model_map
+from stickslip.mechanics.eventmap.of_model import register_model_map
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import block_engine
 from stickslip.mechanics.flow.system import BACKWARD, FORWARD
@@ -462,15 +462,6 @@ def return_map(
     }
     made = ReturnMap(model, **settings)
     return made if made.dimension > 1 else LineReturnMap(model, **settings)
-
-
-def map_of(model: Model, **settings: Any) -> Any:
-    """Event map of a model that has one, else the return map of its first contact."""
-    plant = model.plant
-    if plant.rubs_as_one and not plant.n_waves and model.n_blocks > 1:
-        return event_map(model, **settings)
-    one_of("engine", settings.pop("engine", "auto"), ("auto", "adaptive"))
-    return return_map(model, **settings)
 
 
 register_model_map("return map", ReturnMap, return_map)

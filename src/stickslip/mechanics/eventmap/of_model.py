@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final, TypedDict, Unpack, overload
 
+from stickslip.checks import one_of
 from stickslip.mechanics.eventmap.event_map import BlocksEventMap, EventMap
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.file import model_of_values, model_values
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from stickslip.mechanics.flow.engine import EngineName
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.mechanics.model.belt_model import BeltModel
 
 NOT_KEPT: Final = ("device", "threads")  # of the machine, not of the result
@@ -101,6 +103,17 @@ def event_map(
         device=device,
         threads=threads,
     )
+
+
+def map_of(model: Model, **settings: Any) -> Any:
+    """Event map of a model that has one, else the return map of its first contact."""
+    plant = model.plant
+    if plant.rubs_as_one and not plant.n_waves and model.n_blocks > 1:
+        return event_map(model, **settings)
+    from stickslip.mechanics.cycle.return_map import return_map  # not for an event map
+
+    one_of("engine", settings.pop("engine", "auto"), ("auto", "adaptive"))
+    return return_map(model, **settings)
 
 
 def _values_of(f: Any) -> dict[str, Any]:

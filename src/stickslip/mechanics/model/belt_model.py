@@ -159,7 +159,7 @@ class BeltModel(ABC):
 
     def as_map(self) -> EventMap | BlocksEventMap | ReturnMap | LineReturnMap:
         """Return the event map, or the return map of models without one; default settings."""
-        from stickslip.mechanics.cycle.return_map import map_of  # not for the model alone
+        from stickslip.mechanics.eventmap.of_model import map_of  # not for the model alone
 
         return map_of(self)
 
