@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import os
 import subprocess
 import sys
 import threading
@@ -36,6 +37,7 @@ LOG: Final = logging.getLogger(__name__)
 WINDOW: Final = (0.38, 0.39)  # of law (9), where every motion soon returns
 NAMES: Final = {kind: view for view, kind in requests.REQUESTS.items()}
 LONGEST: Final = 1200.0  # seconds for one process
+GIVES_WAY: Final = 5  # niceness of that process: somebody waits for answers meanwhile
 PATIENCE: Final = 0.1  # seconds from one look whether the kernels are wanted to the next
 MOST_LOOKS: Final = 1000  # of requests, kept in mind
 MOST_FORMULAS: Final = 50  # of one server: each keeps the compiler busy for some time
@@ -254,6 +256,8 @@ def _answer(request: requests.Request) -> None:
 
 def main() -> None:
     """Answer requests: their kernels stay in the cache."""
+    if hasattr(os, "nice"):
+        os.nice(GIVES_WAY)
     for request in _asked(sys.stdin.buffer.read()):
         _answer(request)
         print(flush=True)  # one line for each that is ready
