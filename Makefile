@@ -2,7 +2,7 @@
 # Every target makes the environment it needs from the lock files; nothing has to be activated.
 #
 #   make reproduce    the paper's figures and table of values in out/
-#   make test         the test suite, but for the tests of a second and more
+#   make test         the test suite, but for the tests of half a second and more
 #   make quick        a choice of it from every package, half a minute: for the inner loop
 #   make evidence     the large samples and long proofs, an hour or two
 #   make check        lint, types, the page, import contracts, budgets, then all tests: what CI runs
@@ -39,7 +39,7 @@ reproduce: $(STAMPS)/core
 	$(PY) -m stickslip.cli reproduce --out out
 
 # The kernels once as plain Python (real tracebacks, coverage; some seconds), then the tests that take
-# less than a second, compiled. `$(MAKE)` one after the other, also under `make -j`: the summary comes last.
+# less than half a second, compiled. `$(MAKE)` one after the other, also under `make -j`: the summary comes last.
 test: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory test-kernels
 	$(TESTS) -m "not slow and not long"

@@ -135,7 +135,7 @@ def processor(pid: int) -> float:
 def started(process: subprocess.Popen) -> str:
     """Wait until the server is warm; return its address."""
     page = process.stdout.readline().strip()
-    while not json.load(urlopen(page + "healthz"))["warm"]:
+    while not json.load(urlopen(page + "healthz"))["complete"]:
         time.sleep(0.2)
     return page
 

@@ -195,7 +195,7 @@ def main() -> None:
         if args.starts:
             starts(page, args.starts)
         with served() as url:
-            while not json.load(urlopen(f"{url}healthz"))["warm"]:
+            while not json.load(urlopen(f"{url}healthz"))["complete"]:
                 time.sleep(0.2)
             measured(page, url, args.keys, args.bursts)
             if args.diagrams:

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 LIST = Path(__file__).parents[1] / "long.txt"
-LONG = 0.7  # seconds of one call, on one of two cores at work
-HEAD = "# Tests of which a call takes 0.7 s and more: python -m tests.house.long\n"
+LONG = 0.5  # seconds of one call, on one of two cores at work
+HEAD = "# Tests of which a call takes half a second and more: python -m tests.house.long\n"
 
 
 def named() -> frozenset[str]:

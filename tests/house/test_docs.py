@@ -228,7 +228,7 @@ def test_a_public_name_has_an_example(name):
 def test_tests_that_the_docs_name_exist():
     texts = [*DOCS.rglob("*.md"), *DOCS.rglob("*.py"), *ROOT.glob("*.md")]
     text = "\n".join(path.read_text() for path in texts)
-    paths = set(re.findall(r"\btests/[\w/*]*(?:\.py|\.csv)?", text))
+    paths = set(re.findall(r"\btests/[\w/*]*(?:\.py|\.csv|\.txt)?", text))
     assert len(paths) > 50
     assert {path for path in paths if not any(ROOT.glob(path))} == set()
     code = {path.name: path.read_text() for path in (ROOT / "tests").rglob("*.py")}

@@ -36,7 +36,7 @@ FULL: Final = "too many pages are open"
 
 
 class Warmth:
-    """Whether the kernels are compiled, and who wants to know."""
+    """Whether the first kernels are compiled, or all, and who wants to know."""
 
     def __init__(self, gate: Gate, compiler: Compiler, model: Any = None) -> None:
         self._gate = gate
@@ -45,7 +45,7 @@ class Warmth:
         self._lock = threading.Lock()
         self._cold_pages: list[Session] = []
         self._steps: dict[str, int] | None = None  # none until there is something to compile
-        self.is_warm = False
+        self.is_warm = self.is_complete = False
 
     def greet(self, session: Session) -> None:
         """Tell a page whether it has to wait, and later when the wait is over."""
@@ -94,6 +94,7 @@ class Warmth:
             self._gate.open()
         for asked in stages:
             self._compiler.prepare(asked)
+        self.is_complete = True
 
 
 def _asked_first(model: Any) -> Iterator[list[requests.Request]]:

@@ -166,8 +166,11 @@ class _Site:
 
     def health(self) -> dict[str, Any]:
         known = self._explorer
-        warm, pages = (known.warmth.is_warm, len(known.pages)) if known else (False, 0)
-        return {"status": "ok", "warm": warm, "pages": pages}
+        warm, complete, pages = False, False, 0
+        if known:
+            warm, complete = known.warmth.is_warm, known.warmth.is_complete
+            pages = len(known.pages)
+        return {"status": "ok", "warm": warm, "complete": complete, "pages": pages}
 
     async def talk(self, socket: WebSocket) -> None:
         await (await self._loaded()).talk(socket)

@@ -48,9 +48,9 @@ def pytest_collection_modifyitems(items):
 
 
 def is_warm(url):
-    """Whether the server has compiled its kernels."""
+    """Whether the server has compiled all its kernels."""
     with urllib.request.urlopen(f"{url}healthz") as answer:
-        return json.load(answer)["warm"]
+        return json.load(answer)["complete"]
 
 
 @pytest.fixture(scope="session")

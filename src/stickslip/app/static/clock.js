@@ -22,6 +22,7 @@ export class Clock {
     /** @type {Answer | null} */ this.motion = null;
     /** @type {{start: number, end: number, d: number}[]} */ this.phases = [];
     this.last = 0;
+    this.run = 0; // number of the present one: a frame of an earlier one may still be due
   }
 
   /** Take a new motion, at the time of the last one. @param {Answer} answer */
@@ -50,14 +51,15 @@ export class Clock {
   play(playing) {
     this.playing = playing;
     this.last = performance.now();
-    if (playing) requestAnimationFrame((now) => this.#frame(now));
+    const run = ++this.run;
+    if (playing) requestAnimationFrame((now) => this.#frame(now, run));
   }
 
-  /** @param {number} now */
-  #frame(now) {
-    if (!this.playing) return;
+  /** @param {number} now @param {number} run */
+  #frame(now, run) {
+    if (!this.playing || run !== this.run) return;
     const pause = this.isBusy() ? BUSY_MS : BETWEEN_MS;
-    setTimeout(() => requestAnimationFrame((next) => this.#frame(next)), pause);
+    setTimeout(() => requestAnimationFrame((next) => this.#frame(next, run)), pause);
     const passed = Math.min(LONGEST_MS, Math.max(0, now - this.last)) / 1000;
     this.last = now;
     this.seek(this.end ? (this.t + this.speed * passed) % this.end : 0);
