@@ -83,6 +83,7 @@ def test_processes_end_with_the_one_that_started_them():
         time.sleep(0.05)
     assert left
     assert not any(map(is_alive, left))
+    assert "leaked" not in done.stderr  # what cleans up after them says nothing
 
 
 def is_alive(pid):

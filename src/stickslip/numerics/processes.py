@@ -29,6 +29,7 @@ MOST: Final = 16  # processes: each takes some 200 MB
 IDLE: Final = 300  # seconds after which processes end
 AHEAD: Final = 1  # tasks of one caller that wait for a process: others get their turn
 ORPHAN: Final = 2.0  # seconds for which a process may outlive the one that started it
+QUIET: Final = "ignore:resource_tracker:UserWarning"
 WATCH: Final = 0.05  # seconds between two looks whether the work is still wanted
 
 Item = TypeVar("Item")
@@ -159,6 +160,7 @@ class _Processes:
         # One pool for all threads: loky's reusable one is each thread's own.
         with self._starting:
             if self._pool is None:
+                _start_cleaner()
                 own = {PROCESS: "1", "OPENBLAS_NUM_THREADS": "1"}
                 self._pool = importlib.import_module("loky").ProcessPoolExecutor(
                     self.count,
@@ -177,6 +179,18 @@ class _Processes:
 
 PROCESSES: Final = _Processes()
 atexit.register(PROCESSES.end)
+
+
+def _start_cleaner() -> None:
+    """Start what cleans up after processes, which tells nobody that an interrupt left it some."""
+    given = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = f"{given},{QUIET}" if given else QUIET
+    try:
+        importlib.import_module("loky.backend.resource_tracker").ensure_running()
+    finally:
+        os.environ.pop("PYTHONWARNINGS")
+        if given is not None:
+            os.environ["PYTHONWARNINGS"] = given
 
 
 def _begin(niceness: int, parent: int) -> None:

@@ -61,13 +61,14 @@ def diagram(request: requests.Diagram) -> Iterator[Part]:
         listing = thread.submit(copy_context().run, bifurcations_of, survey, work)
         values = np.linspace(low, high, request.values)
         yield _branches(diagram_of(survey, values, Work(progress_between(0.4, 0.5))))
+        through_jumps = _infinitely_unstable(survey)
         items = listing.result()
     data = {
         "bifurcations": [{"short": SHORT[item.kind], **item.row()} for item in items],
         "unresolved": [str(item) for item in items.unresolved],
     }
     yield Part("bifurcations", data=data, progress=0.8)
-    yield _infinitely_unstable(survey)
+    yield through_jumps
 
 
 def surveyed(f: MapFamily, request: requests.Diagram, low: float, high: float) -> Survey:
@@ -140,7 +141,7 @@ def _end(end: Any) -> dict[str, Any]:
 def _infinitely_unstable(survey: Survey) -> Part:
     """List the orbits that pass through a jump, at the values whose branches are known."""
     rows: list[tuple[float, float, int]] = []
-    report = progress_between(0.8, 1.0)
+    report = progress_between(0.5, 0.6)
     for k, node in enumerate(survey.grid_nodes):
         report(k / len(survey.grid_nodes))
         for orbit in jump_orbits(node.table, survey.max_period):
