@@ -263,7 +263,7 @@ class Job:
 
 
 def has_job() -> bool:
-    """Whether this thread works for a job: not in another process, whose work is for nobody."""
+    """Whether this thread works for a job; in a process that helps a job none does."""
     return _current.get() is not None
 
 

@@ -141,7 +141,7 @@ def _smooth() -> Iterator[Claim]:
             f"at {BELOW:g} of the drive at which it ends, from the exact cycle, smooth laws as "
             "narrow as 1 % of the speed of rotation come to rotate steadily",
             f"exact range {exact:.4f}, 2 events a period; {told}",
-            max(left[:3]) < 1e-4 * exact,
+            max(left[:3]) < 1e-6 * exact,
         ),
         Finding(
             "one five times narrower sticks and slips",
