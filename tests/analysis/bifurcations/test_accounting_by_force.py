@@ -119,7 +119,13 @@ def unaccounted_in_blocks(found, model, n_values):
 
     def step_at(q):
         f = map_at(q)
-        return lambda x: np.asarray(f.evaluate(x[np.isfinite(x)]).value)
+
+        def step(x):
+            image, here = np.full(x.shape, np.nan), np.isfinite(x)
+            image[here] = f(x[here])
+            return image
+
+        return step
 
     return unaccounted(found, step_at, lambda q: map_at(q).domain, n_values, 600)
 

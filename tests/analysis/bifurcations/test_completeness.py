@@ -11,7 +11,7 @@ from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.analysis.bifurcations import bifurcations as lists
-from stickslip.analysis.bifurcations.accounting import accounted
+from stickslip.analysis.bifurcations.accounting import Look, accounted
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
@@ -462,11 +462,16 @@ def test_lost_chaos_is_told_and_cycles_that_are_too_long_are_set_apart():
     assert [(item.lo, item.hi) for item in outside] == [(0.0, 2.0)]
     lost = [look(0.0, ("chaotic", 1)), look(1.0)]
     assert len(accounted(lost, [], max_period=4)[0]) == 1
+    # The last of a cascade have more bands than are searched for, as windows have.
+    many = [look(0.0, ("chaotic", 104)), look(1.0)]
+    unresolved, (outside,) = accounted(many, [], max_period=4)
+    assert not unresolved
+    assert "chaos in 104 bands" in outside.reason
 
 
 def look(value, *sorts):
     attractors = [SimpleNamespace(kind=kind, period=period, orbit=None) for kind, period in sorts]
-    return SimpleNamespace(value=value, attractors=attractors)
+    return Look(value, attractors)
 
 
 # --- twins --------------------------------------------------------------------------------------

@@ -10,28 +10,27 @@ import math
 from bisect import bisect
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Final, Protocol, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.bifurcations.scan.events import in_the_middle
 
+MOST_BANDS: Final = 32  # of chaos whose changes are searched thoroughly
 SHOWN: Final = 3  # periods in a sentence
 
 Sort: TypeAlias = tuple[str, int]  # kind of an attractor, and its period
 Part: TypeAlias = tuple[float, float, set[Sort]]  # of the range, and what attracts there
 
 
-class Look(Protocol):
-    """What attracts at a value of a parameter."""
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What attracts at a value of a parameter; a quick look may miss cycles that lists have."""
 
-    @property
-    def value(self) -> float:
-        """Of the parameter."""
-
-    @property
-    def attractors(self) -> Iterable[Any]:
-        """Each with a kind, a period, and the orbit of a cycle."""
+    value: float
+    attractors: Any  # a sequence, each with a kind, a period, and the orbit of a cycle
+    quick: bool = field(default=False, kw_only=True)
 
 
 def _sorts_of(look: Look) -> Counter[Sort]:
@@ -47,13 +46,19 @@ def _sorts_of(look: Look) -> Counter[Sort]:
     return sorts
 
 
-def _differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
-    """Whether attractors differ in a way that longer cycles and windows of chaos do not explain."""
-    changed = (here - there) + (there - here)
-    if any(not _beyond(sort, max_period) for sort in changed):
-        return True
-    chaos_only = all(kind == "chaotic" for kind, _ in changed)
-    return chaos_only and here.total() != there.total()
+def _cycles_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
+    """Whether the cycles that were asked for differ."""
+    return any(not _beyond(sort, max_period) for sort in (here - there) + (there - here))
+
+
+def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
+    """Whether chaos comes or goes in a way that longer cycles and its windows do not explain."""
+    changed = [s for s in (here - there) + (there - here) if _beyond(s, max_period)]
+    chaos_only = all(kind == "chaotic" and bands <= MOST_BANDS for kind, bands in changed)
+    number, other = (
+        sum(n for sort, n in sorts.items() if _beyond(sort, max_period)) for sorts in (here, there)
+    )
+    return chaos_only and number != other
 
 
 def _beyond(sort: Sort, max_period: int) -> bool:
@@ -69,12 +74,19 @@ def accounted(
     unresolved: list[UnresolvedChange] = []
     parts: list[Part] = []  # where attractors are not asked for
     # A look in the very middle of an event, as at an end of the range, shows neither side.
-    apart = (look for look in looks if not in_the_middle(look.value, values))
-    seen = sorted(((look.value, _sorts_of(look)) for look in apart), key=lambda item: item[0])
-    for (p, here), (q, there) in pairwise(seen):
+    apart = [look for look in looks if not in_the_middle(look.value, values)]
+    seen = [(look, _sorts_of(look)) for look in sorted(apart, key=lambda look: look.value)]
+    thorough = [item for item in seen if not item[0].quick]
+    for pairs, differ in ((pairwise(thorough), _cycles_differ), (pairwise(seen), _chaos_differs)):
+        for (left, here), (right, there) in pairs:
+            p, q = left.value, right.value
+            told = any(known.lo <= p and q <= known.hi for known in unresolved)
+            explained = bisect(values, q) > bisect(values, p)
+            if not (told or explained) and differ(here, there, max_period):
+                unresolved.append(_open(here, p, there, q, "nothing located between"))
+    for (left, here), (right, there) in pairwise(seen):
+        p, q = left.value, right.value
         between = values[bisect(values, p) : bisect(values, q)]
-        if not between and _differ(here, there, max_period):
-            unresolved.append(_open(here, p, there, q, "nothing located between"))
         for sorts, lo, hi in (
             (here, p, min(between, default=q)),
             (there, max(between, default=p), q),

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.accounting import accounted, too_close, unexplained
+from stickslip.analysis.bifurcations.accounting import (
+    Look,
+    accounted,
+    too_close,
+    unexplained,
+)
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -52,7 +57,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
     from stickslip.analysis.bifurcations.crisis.crises import CrisisEvent
     from stickslip.analysis.bifurcations.scan.nodes import Node
-    from stickslip.analysis.maps.protocol import MapFamily, Modelled
+    from stickslip.analysis.continuation.curve import Curve
+    from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
@@ -216,11 +222,27 @@ def _at_node(at: MapAt, node: Node) -> ParameterPoint:
     return parameter_point(at, node.q, node.orbits, node.fast)
 
 
-def _look(at: MapAt, q: float) -> ParameterPoint | UnresolvedChange:
-    """Find the attractors at a value; if that fails, what is left out."""
+def _look(at: MapAt, place: tuple[float, list[Floats]]) -> ParameterPoint | UnresolvedChange:
+    """Find the attractors at a value, stable orbits near guesses included, or what is left out."""
+    q, guesses = place
     noted: list[UnresolvedChange] = []
-    point = attempted(lambda: parameter_point(at, q), "attractors", q, q, noted)
+
+    def found() -> ParameterPoint:
+        return parameter_point(at, q, [solve_orbit(at(q), guess) for guess in guesses])
+
+    point = attempted(found, "attractors", q, q, noted)
     return noted[0] if point is None else point
+
+
+def _stable_near(curves: Iterable[Curve], q: float) -> list[Floats]:
+    """Guess the orbits at a value that are stable on both sides of it on their curves."""
+    found = []
+    for curve in curves:
+        past = curve.values >= q
+        for k in np.flatnonzero((past[1:] != past[:-1]) & curve.stable[1:] & curve.stable[:-1]):
+            share = (q - curve.values[k]) / (curve.values[k + 1] - curve.values[k])
+            found.append(curve.points[k] + share * (curve.points[k + 1] - curve.points[k]))
+    return found
 
 
 class _Report:
@@ -233,6 +255,7 @@ class _Report:
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
+        self.between: list[Look] = []  # of the search for crises
 
     def made(self) -> BifurcationList:
         """Return the list."""
@@ -260,7 +283,8 @@ class _Report:
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
         listed = [*self.values, *self.accumulations, *left]
         looks = [look for q, look in sorted(self.looks.items()) if survey.lo <= q <= survey.hi]
-        unaccounted, outside = accounted(looks, listed, survey.max_period)
+        between = [look for look in self.between if survey.lo <= look.value <= survey.hi]
+        unaccounted, outside = accounted([*looks, *between], listed, survey.max_period)
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         chains = [
@@ -327,7 +351,8 @@ class _Report:
         places = {q for pair in sides.values() for q in pair}
         places |= {q for q in more if self.survey.lo < q < self.survey.hi}
         look = partial(_look, self.survey.family.at)
-        for found in in_processes(look, sorted(places), self.work.part(0.8, 0.9).tell):
+        known = [(q, _stable_near(self.survey.curves or (), q)) for q in sorted(places)]
+        for found in in_processes(look, known, self.work.part(0.8, 0.9).tell):
             if isinstance(found, UnresolvedChange):
                 self.unresolved.append(found)
             else:
@@ -366,6 +391,7 @@ class _Report:
         found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks, tell=tell)
         self.unresolved += [unexplained(*pair) for pair in found.left_open]
         self.outside += [too_close(*pair) for pair in found.too_close]
+        self.between = found.looks
         self._looked_at(side for event in found.events for side in event.sides)
         return [self._crisis(event) for event in found.events if not self._explained(event)]
 

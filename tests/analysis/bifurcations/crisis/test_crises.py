@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.analysis.bifurcations.test_accounting_by_force import random_blocks
 from tests.analysis.known_maps import logistic, tent
 from tests.sizes import slow
 
@@ -171,6 +172,40 @@ def test_attractor_meets_a_cycle_on_the_boundary_of_its_basin():
     assert sorted(event.points) == pytest.approx([-2.0, 2.0])
     assert [a.kind for a in event.attractors_before] == ["chaotic"]
     assert event.attractors_after == ()
+
+
+# --- systems that nobody tuned for -------------------------------------------------------------
+
+
+def random_family(seed):
+    model, name, _ = random_blocks(seed)
+    return lambda value: ss.event_map(model.replace(**{name: value}))
+
+
+@pytest.mark.parametrize(
+    ("seed", "ends", "met", "left", "above"),
+    [
+        (60056, (1.9827, 1.98275), 8, 9, True),  # the orbit met has twice the chaos's period
+        (60004, (0.7642, 0.76421), 1, 5, False),  # a break is met, in a window of long period
+    ],
+)
+def test_chaos_ends_at_the_border_of_its_basin_whatever_is_there(seed, ends, met, left, above):
+    at = random_family(seed)
+    (event,) = found(at, ends, max_period=3)
+    assert event.kind == "boundary_crisis"
+    assert len(event.points) == met
+    aside, inside = 1e-2 * (ends[1] - ends[0]), event.attractor.bands.mean(axis=1)
+    sides = (event.value - aside, event.value + aside)
+    tails = [at(value).iterate(inside, 20000)[:, -2 * left :] for value in sides]
+    returned = [np.abs(tail[:, left:] - tail[:, :-left]).max() < LOCATED for tail in tails]
+    assert returned == [not above, above]  # the cycle that is left takes all
+
+
+def test_a_break_joins_many_bands_at_once():
+    (event,) = found(random_family(60050), (0.307395, 0.3073957), max_period=3)
+    assert event.kind == "band_merging"
+    assert [a.period for a in event.attractors_before] == [1]
+    assert [a.period for a in event.attractors_after] == [8]
 
 
 @pytest.mark.parametrize(("family", "last"), [(logistic, 4.0), (tent, 2.0)])

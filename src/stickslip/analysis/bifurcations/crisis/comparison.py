@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 import numpy as np
 
 from stickslip.analysis.attractors.attractors import attractors_of
+from stickslip.analysis.bifurcations.accounting import Look
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
 
@@ -38,6 +39,11 @@ class Change:
     start: ParameterPoint
     stop: ParameterPoint
     certain: bool
+
+    @property
+    def lost(self) -> bool:
+        """Whether nothing is in its place there."""
+        return partner_of(self.attractor, self.stop.attractors) is None
 
     @property
     def period_there(self) -> int:
@@ -103,15 +109,16 @@ def _shared(one: Attractor, other: Attractor) -> float:
 
 def kind_of_change(
     attractor: Attractor, near: ParameterPoint, far: ParameterPoint
-) -> CrisisKind | Literal["hidden", "transient"] | None:
+) -> CrisisKind | Literal["hidden", "transient", "window", "several"] | None:
     """Name what happens to an attractor between two close values; None for another event."""
-    # ``hidden``: by a stable cycle, or by more than one event; ``transient``: a long-lived
-    # remnant.
+    # ``hidden``: by a stable cycle; ``window``: as a cycle of a window in it, it is lost;
+    # ``several``: bands merge more than once; ``transient``: a long-lived remnant.
     here = partner_of(attractor, near.attractors)
     if here is None:
         return None
     if here.kind != "chaotic":
-        return "hidden"
+        gone = partner_of(attractor, far.attractors) is partner_of(here, far.attractors) is None
+        return "window" if gone and here.period % attractor.period == 0 else "hidden"
     if here.period != attractor.period:
         return None
     there = partner_of(here, far.attractors)
@@ -124,20 +131,19 @@ def kind_of_change(
     if _length(there) > JUMP * _length(here):
         return "interior_crisis"
     if 2 * there.period < here.period:
-        return "hidden"
+        return "several"
     if there.period < here.period or len(there.bands) < len(here.bands):
         return "band_merging"
     return None
 
 
 @dataclass(frozen=True, eq=False)
-class ParameterPoint:
+class ParameterPoint(Look):
     """A map at one parameter value, with what is known of it."""
 
-    value: float
+    attractors: AttractorList
     f: Map1D
     table: BranchTable
-    attractors: AttractorList
     fast: InterpolatedMap  # of the table
 
     @property
@@ -159,4 +165,4 @@ def parameter_point(
     f, table = fast.f, fast.table
     limits = {"max_steps": MAX_STEPS, "max_period": MAX_PERIOD} if quick else {}
     found = attractors_of(f, table, orbits, fast=fast, **limits)
-    return ParameterPoint(float(value), f, table, found, fast)
+    return ParameterPoint(float(value), found, f, table, fast)

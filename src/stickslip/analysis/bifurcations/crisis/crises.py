@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from heapq import heappop, heappush
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.accounting import MOST_BANDS, Look
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import (
@@ -30,10 +31,12 @@ from stickslip.analysis.bifurcations.crisis.comparison import (
     ratio_of,
 )
 from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
+    FOLLOWED,
     Meeting,
     borders_beside,
     edges_of,
     meetings,
+    on_border,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
@@ -49,18 +52,17 @@ if TYPE_CHECKING:
 
 BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
 NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way
+NEARER: Final = 0.2  # of the distance at which a meeting was refuted, to look at it again
 FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
 SHARES: Final = (0.5, 0.57, 0.41)  # of an interval: where it is cut, outside windows if possible
 LONG_WINDOW: Final = 128.0  # ... or this many times that, between two of long period
 UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
 MEETINGS: Final = 8  # of edges with orbits beside them that are tried, the closest first
-LOOKS: Final = 64  # values between two of the grid at which attractors are found, about
-MOST_BANDS: Final = 32  # of attractors whose changes are searched thoroughly
+LOOKS: Final = 96  # values between two of the grid at which attractors are found, about
 GLANCE: Final = 1e-4  # of an interval: step that tells where an edge and an orbit move
 OVERSHOOT: Final = 3.0  # intervals: meetings foretold further away are not tried
 CLEAR: Final = 100  # errors of a value to where its sides are looked at
 STEP: Final = 0.2  # of the way to a meeting: how well it is foretold
-FOLLOWED: Final = 2048  # steps of the orbit of an edge that has met something
 TOUCHING: Final = 1e-8  # of the domain's width: an edge this close to an orbit meets it
 
 
@@ -124,6 +126,7 @@ class CrisesFound:
     events: list[CrisisEvent] = field(default_factory=list)
     left_open: list[Sides] = field(default_factory=list)  # too many looks were needed
     too_close: list[Sides] = field(default_factory=list)  # closer together than is searched for
+    looks: list[Look] = field(default_factory=list)  # between those of the grid
 
 
 def crises(
@@ -148,6 +151,7 @@ def crises(
     for found in in_processes(between, pairwise(grid), tell):
         search.found.left_open.extend(found.left_open)
         search.found.too_close.extend(found.too_close)
+        search.found.looks.extend(found.looks)
         for event in found.events:
             search.keep(event)
     search.at_end(grid[0], grid[0].value - grid[1].value)
@@ -208,19 +212,23 @@ class _Search:
         self.breaks = np.unique(np.array(list(breaks), dtype=np.float64))
         self.found = CrisesFound()
         self.waiting: list[tuple[float, float, ParameterPoint, ParameterPoint]] = []
-        self.foretold: dict[tuple[float, float], list[_Ahead]] = {}  # by value, and attractor
+        # By value, attractor, and whether the border of its basin was followed.
+        self.foretold: dict[tuple[float, float, bool], list[_Ahead]] = {}
+        self.refuted: dict[tuple[float, float], list[tuple[Located, float]]] = {}  # and how near
         self.looks_left = 0
 
     def _look(self, value: float) -> ParameterPoint:
         self.looks_left -= 1
-        return parameter_point(self.at, value, quick=True)
+        point = parameter_point(self.at, value, quick=True)
+        self.found.looks.append(Look(point.value, point.attractors, quick=True))
+        return point
 
     def interval(
         self, left: ParameterPoint, right: ParameterPoint, finest: float, looks: int
     ) -> None:
         """Search between two values of the grid."""
         smallest = finest * (right.value - left.value)
-        self.looks_left, self.waiting, self.foretold = looks, [], {}
+        self.looks_left, self.waiting, self.foretold, self.refuted = looks, [], {}, {}
         self._wait(left, right)
         while self.waiting and self.looks_left > 0:
             *_, left, right = heappop(self.waiting)
@@ -247,15 +255,16 @@ class _Search:
         """Find the event that comes first, or cut the interval in two."""
         seen = changes(left, right)
         width = right.value - left.value
+        narrow = width <= smallest * min(map(self._worth, seen), default=LONG_WINDOW)
         for change in seen:
-            event = self._event(change, BESIDE * width)
+            event = self._event(change, BESIDE * width, narrow)
             if event is None:
                 continue
             below, above = event.sides
             self.keep(event)
             for twin in changes(below, above):
                 if partner_of(twin.attractor, [event.attractor]) is None:
-                    same = self._event(twin, BESIDE * width)
+                    same = self._event(twin, BESIDE * width, narrow)
                     if same is not None:
                         self.keep(same)
             if change.start is left:
@@ -263,7 +272,7 @@ class _Search:
             else:
                 self._wait(left, below)
             return
-        if width > smallest * min(map(self._worth, seen), default=LONG_WINDOW):
+        if not narrow:
             self._cut(left, right)
         elif any(map(self._merges, seen)):
             self.found.too_close.append((left, right))
@@ -318,13 +327,17 @@ class _Search:
         apart = change.ratio.denominator > 1 or _is_of_doublings(change.ratio)
         return change.certain and few and change.ratio > 1 and apart
 
-    def _event(self, change: Change, beside: float) -> CrisisEvent | None:
+    def _event(self, change: Change, beside: float, narrow: bool) -> CrisisEvent | None:
         """Return an event that the attractors on both sides confirm."""
         start, stop = change.start, change.stop
-        refuted: list[Located] = []
-        for zero in self._ahead(change):
+        refuted = self.refuted.setdefault((start.value, change.attractor.point), [])
+        borders = (False, True) if narrow or change.lost else (False,)
+        for zero in chain.from_iterable(self._ahead(change, border) for border in borders):
             located = self._solved(zero, start, stop)
-            if located is None or any(abs(located.value - r.value) <= r.error for r in refuted):
+            if located is None or any(
+                abs(located.value - known.value) <= known.error and NEARER * near < beside
+                for known, near in refuted
+            ):
                 continue
             upwards = start.value < stop.value
             # Beyond the start the attractor need not be this one.
@@ -333,7 +346,7 @@ class _Search:
             event = self._confirmed(located, change.attractor, upwards, aside)
             if event is not None:
                 return event
-            refuted.append(located)
+            refuted.append((located, beside))
         return None
 
     def _confirmed(
@@ -353,25 +366,30 @@ class _Search:
             if kind == "transient" and _leaves(located, attractor, near, far):
                 # Transients beside a boundary crisis live long, but the attractor is gone.
                 last = CrisisEvent("boundary_crisis", located, attractor, (below, above))
+            elif kind == "window":
+                last = CrisisEvent("boundary_crisis", located, attractor, (below, above))
+            elif kind == "several" and isinstance(located.reading.condition, Contact):
+                # A break may join many bands at once, an orbit joins two and two.
+                last = CrisisEvent("band_merging", located, attractor, (below, above))
         return last
 
-    def _ahead(self, change: Change) -> list[_Ahead]:
+    def _ahead(self, change: Change, border: bool) -> list[_Ahead]:
         """Where edges will meet the orbits beside them if they go on as they start, in order."""
         width = change.stop.value - change.start.value
-        key = change.start.value, change.attractor.point
+        key = change.start.value, change.attractor.point, border
         if key not in self.foretold:
-            self.foretold[key] = list(self._foretold(change, GLANCE * width))
+            self.foretold[key] = list(self._foretold(change, GLANCE * width, border))
         found = [zero for zero in self.foretold[key] if 0 <= zero.way / width <= OVERSHOOT]
         return sorted(found, key=lambda zero: abs(zero.way))
 
-    def _foretold(self, change: Change, step: float) -> Iterator[_Ahead]:
+    def _foretold(self, change: Change, step: float, border: bool) -> Iterator[_Ahead]:
         """Where edges will meet the orbits beside them, either way, as one step foretells."""
         start = change.start
         try:
             beside = self.at(start.value + step)
         except ValueError:
             return  # the family ends there
-        for item in self._meetings(change.attractor, start):
+        for item in self._meetings(change.attractor, start, border):
             try:
                 here = item.condition.at(start.f)
                 there = here.condition.at(beside)
@@ -399,12 +417,17 @@ class _Search:
         clear = CLEAR * located.error < ends[1] - ends[0]
         return located if clear and located.quality != "failed" else None
 
-    def _meetings(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
+    def _meetings(
+        self, attractor: Attractor, point: ParameterPoint, border: bool = False
+    ) -> Iterator[Meeting]:
         """Yield edges of an attractor with unstable orbits beside them, the closest first."""
+        edges = edges_of(attractor, point.table)
+        if border:
+            yield from islice(on_border(point.fast, attractor, edges), MEETINGS)
+            return
         periods = {*range(1, self.max_period + 1), attractor.period}
         if attractor.period % 2 == 0:
             periods.add(attractor.period // 2)
-        edges = edges_of(attractor, point.table)
         yield from islice(meetings(point.fast, edges, tuple(sorted(periods))), MEETINGS)
         yield from borders_beside(point.table, edges)
 

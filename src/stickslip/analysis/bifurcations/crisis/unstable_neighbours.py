@@ -17,17 +17,23 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.maps.protocol import domain_width
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.branches.along.tracked import Critical
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
+    from stickslip.analysis.maps.protocol import Floats
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
 SLACK: Final = 1e-9  # of the domain's width: an orbit this close to another is the same
 HALVINGS: Final = 12
+FOLLOWED: Final = 2048  # steps of an orbit that tell where it goes
+STEPS_OUT: Final = 32  # from an edge to the other end of its gap
+ON_BORDER: Final = 1e-6  # of the domain's width: points this close belong to one orbit there
 NEIGHBOURS: Final = 2  # unstable orbits beside an edge that are worth trying
 
 
@@ -117,6 +123,40 @@ def meetings(
         if points is not None and all(abs(points[0] - x) > same for x in known):
             known.append(points[0])
             yield Meeting(place.edge, points[0], points)
+
+
+def on_border(
+    fast: InterpolatedMap, attractor: Attractor, edges: Sequence[Edge]
+) -> Iterator[Meeting]:
+    """Find the orbits, of any period, on the border of an attractor's basin beside its edges."""
+
+    def stays(x: Floats) -> NDArray[np.bool_]:
+        late = fast.iterate(x, FOLLOWED)[..., FOLLOWED // 2 :]
+        return np.asarray(attractor.contains(late).all(axis=-1))
+
+    near = np.array([edge.x for edge in edges])
+    ends = np.array([edge.gap for edge in edges]).reshape(-1, 2)
+    far = np.where(near == ends[:, 0], ends[:, 1], ends[:, 0])
+    share = np.concatenate([[0.0], np.geomspace(NEAREST, 1.0, STEPS_OUT)])
+    x = near[:, None] + (far - near)[:, None] * share
+    leaves = ~stays(x[:, 1:])
+    k = np.flatnonzero(leaves.any(axis=1))
+    first = leaves[k].argmax(axis=1)
+    inside, outside = x[k, first], x[k, first + 1]
+    for _ in range(np.finfo(np.float64).nmant):
+        middle = 0.5 * (inside + outside)
+        kept = stays(middle)
+        inside, outside = np.where(kept, middle, inside), np.where(kept, outside, middle)
+    width = domain_width(fast)
+    paths = fast.iterate(np.stack([inside, outside], axis=-1), FOLLOWED)
+    for place, (one, other) in zip(k.tolist(), paths, strict=True):
+        parted = ~(np.abs(one - other) <= ON_BORDER * width)
+        path = one[: int(np.append(parted, True).argmax())]
+        back = np.flatnonzero(np.abs(path[1:] - path[:1]) <= ON_BORDER * width)
+        cycle = confirmed(fast, path[: back[0] + 1]) if back.size else None
+        if cycle is not None and not cycle.stable:
+            points: list[float] = cycle.points.tolist()
+            yield Meeting(edges[place], points[0], tuple(points))
 
 
 @dataclass(frozen=True)

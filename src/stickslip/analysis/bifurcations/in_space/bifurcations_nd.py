@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.bifurcations.accounting import accounted
+from stickslip.analysis.bifurcations.accounting import Look, accounted
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -28,7 +28,6 @@ from stickslip.checks import MOST_KEPT, whole_number
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from stickslip.analysis.attractors.attractor import AttractorND
     from stickslip.analysis.bifurcations.outcome import OrbitOutcome
     from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
     from stickslip.analysis.maps.protocol import FamilyND, Floats
@@ -343,13 +342,6 @@ def _outcome(item: Bifurcation) -> Outcome:
 
 
 # ------------------------------------------------------------------ attractors
-
-
-class Look(NamedTuple):
-    """The attractors at a value of the parameter."""
-
-    value: float
-    attractors: tuple[AttractorND, ...]
 
 
 def bifurcations_nd(
