@@ -319,7 +319,7 @@ def test_series_of_the_force_and_of_its_derivatives(law, start, others):
         for k in range(ORDER + 1):
             rows[0, k] = polynomial[k]
             code.series(p, m, rows, k)
-        code.series_tangent(p, m, rows, ORDER)
+        code.series_tangent(p, m, rows, ORDER, gradient=False)
         with mpmath.workdps(50):
 
             def speed(t):
@@ -356,7 +356,7 @@ def test_series_of_parameter_derivatives_sum_to_the_gradient(law, start, rate):
         rows[0, :2] = start, rate
         for k in range(order + 1):
             code.series(p, m, rows, k)
-        code.series_tangent(p, m, rows, order)
+        code.series_tangent(p, m, rows, order, gradient=True)
         s = start + rate * t
         code.gradient(p, m, s, out)
         sums = np.polynomial.polynomial.polyval(t, rows.T)
@@ -399,7 +399,7 @@ def test_two_laws_share_kernels_that_tell_them_apart(other):
                 assert work[code.FORCE_ROW] == pytest.approx(
                     alone_work[alone.FORCE_ROW], rel=1e-15, abs=1e-15
                 )
-                code.series_tangent(p, m, work, 2)
+                code.series_tangent(p, m, work, 2, gradient=True)
                 unused = work[code.GRADIENT_ROW + out_alone.size : code.GRADIENT_ROW + out.size]
                 assert not unused.any()
 

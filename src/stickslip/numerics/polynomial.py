@@ -179,6 +179,8 @@ def lowest_minimum(c: Floats, h: float) -> float:
     while t < h:
         side = 1.0 if slope > 0.0 or (slope == 0.0 and curvature > 0.0) else -1.0
         step = safe_step(side * slope, side * curvature, 0.0, bound, math.inf, h - t)
+        if step >= h - t and slope != 0.0:
+            break  # its sign is that of the rest
         t = min(h, t + max(step, SHORTEST * h))
         _, slope, curvature = jet(c, t)
         if slope > 0.0 and falls:

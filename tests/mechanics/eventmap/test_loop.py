@@ -15,7 +15,7 @@ def told(turn, earlier, moved, room):
     n = len(earlier)
     rows = (np.array(earlier, float), np.array(moved, float), np.array(turn, float))
     with np.errstate(over="ignore", invalid="ignore"):  # powers of turns that expand
-        return excess(Loop(*rows, *np.zeros((3, n, n))), room) < 1.0
+        return excess(Loop(*rows, *np.zeros((2, n, n)), np.ones(n)), room) < 1.0
 
 
 def random_turn(rng, n, radius):
@@ -72,6 +72,21 @@ def test_turns_that_bend_settle_only_where_the_bend_leaves_a_fixed_point():
         else:
             lost += 1
     assert min(kept, lost) > 300
+
+
+def test_turns_that_bend_settle_on_no_fixed_point_that_repels_by_turning_over():
+    # The same with a < -1: beside 0 the slope may still be one of contraction.
+    rng = np.random.default_rng(5)
+    contract = 0
+    for _ in range(2000):
+        a, c, start = rng.uniform(-1.1, -1.0), 10 ** rng.uniform(-2, 2), rng.uniform(-1, 1)
+        start *= 0.1 / c
+        x = [start, (a + c * start) * start]
+        x.append((a + c * x[1]) * x[1])
+        slope = a + 2 * c * x[1]
+        contract += abs(slope) < 1
+        assert not told([[slope]], [x[1] - x[0]], [x[2] - x[1]], 1e9)
+    assert contract > 500
 
 
 def test_a_state_that_recurs_exactly_settles_if_it_contracts():

@@ -89,6 +89,15 @@ def test_slow_returns_are_returns():
     assert math.isfinite(result.derivative)
 
 
+def test_motions_that_stay_beside_a_cycle_that_repels_are_returns():
+    # Next to a crisis; at first turns seem to contract, by an eigenvalue near -1.
+    law = ss.PoppStelter(3.8434627456797505)
+    f = ss.event_map(ss.TwoBlock(1.0778539639283231, 1.3381733953886172, 0.3278758051631935, law))
+    result = f.evaluate([0.7399307770000393, -0.40472980970002254, 0.7394911495834515])
+    assert (result.status == OK).all()
+    assert result.n_events.min() > 900
+
+
 @pytest.mark.parametrize("stepper", LAW_OF)
 def test_small_limits_give_up_and_say_so(stepper):
     model = random_model(np.random.default_rng(8), LAW_OF[stepper])

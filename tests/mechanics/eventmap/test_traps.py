@@ -117,8 +117,8 @@ def test_motions_in_a_trap_do_not_return(which):
     d = np.linspace(*f.domain, 301)
     told = f.evaluate(d)
     assert set(told.status) == {OK, NEVER_CYCLE}
-    late = d[(told.status == NEVER_CYCLE)][:6]
-    # Asked without the traps, each goes on for thousands of events, most of them without a word.
+    late = d[told.status == NEVER_CYCLE]
+    # Asked without the traps, many go on for thousands of events, those on tori without a word.
     plain = ScalarBackend(model, engine_for(model), Controls(1e-15, 3000, math.inf), 1)
     outputs = plain.room(len(late))
     plain.task(late[:, None], outputs, 3000)(0, len(late))

@@ -15,7 +15,7 @@ from stickslip.mechanics.eventmap.itinerary import all_have, hashed, noted
 from stickslip.mechanics.eventmap.loop import Loop, excess, row_norm
 from stickslip.mechanics.eventmap.records import Controls, Outputs, Scratch
 from stickslip.mechanics.flow.blocks.system import BlockMotion
-from stickslip.mechanics.flow.system import BACKWARD, MAX_INSTANT, Floats, Motion
+from stickslip.mechanics.flow.system import BACKWARD, MAX_INSTANT, STICK, Floats, Motion
 from stickslip.numerics.targets import kernel
 from stickslip.status import (
     EVENT_LIMIT,
@@ -89,6 +89,7 @@ def copy_motion(source: BlockMotion | Motion, target: BlockMotion | Motion) -> N
     for i in range(source.mode.shape[0]):
         target.e[i] = source.e[i]
         target.mode[i] = source.mode[i]
+        target.event[i] = source.event[i]
     for j in range(source.z.shape[0]):
         target.z[j] = source.z[j]
         for column in range(min(source.tangent_z.shape[1], target.tangent_z.shape[1])):
@@ -98,14 +99,23 @@ def copy_motion(source: BlockMotion | Motion, target: BlockMotion | Motion) -> N
 
 @kernel
 def distance(motion: BlockMotion | Motion, saved: BlockMotion | Motion) -> float:
-    """Distance of two states, infinite between different modes."""
+    """Distance of two states, infinite between different modes or events."""
     largest = 0.0
     for i in range(motion.mode.shape[0]):
-        if motion.mode[i] != saved.mode[i]:
+        if motion.mode[i] != saved.mode[i] or motion.event[i] != saved.event[i]:
             return math.inf
     for j in range(motion.z.shape[0]):
         largest = max(largest, abs(motion.z[j] - saved.z[j]))
     return largest
+
+
+@kernel(inline=True)
+def begins_slip(motion: BlockMotion | Motion) -> bool:
+    """Whether a block begins to slip at the present event."""
+    for i in range(motion.mode.shape[0]):
+        if motion.event[i] != 0 and motion.mode[i] != STICK:
+            return True
+    return False
 
 
 @kernel
@@ -140,11 +150,31 @@ def carry(
 ) -> tuple[float, int, np.uint64, float, int]:
     """Follow a motion from a point to the next, left in ``scratch.motion``."""
     # (duration, events, label, margin, status); `itinerary` (phases, n) takes modes while it lasts.
-    motion, long_motion, saved, loop, work, section, _ = scratch
+    told, whole = follow(system, laws, point, scratch, controls, itinerary, True)
+    if told[4] == OK and not whole:
+        told, _ = follow(system, laws, point, scratch, controls, itinerary, False)
+    return told
+
+
+@kernel
+def follow(
+    system: Any,
+    laws: Floats,
+    point: Floats,
+    scratch: Scratch,
+    controls: Controls,
+    itinerary: NDArray[np.int8],
+    lighten: bool,
+) -> tuple[tuple[float, int, np.uint64, float, int], bool]:
+    """As `carry`, and whether the tangents were carried to the end.
+
+    `lighten`: not once turns contract, for then hardly a motion returns.
+    """
+    motion, long_motion, light, long_light, saved, loop, work, section, _ = scratch
     n, n_columns = motion.mode.shape[0], motion.tangent_z.shape[1]
     status = begin(system, laws, section, motion, work, point)
     if status != OK:
-        return 0.0, 0, np.uint64(0), work.margin[0], status
+        return (0.0, 0, np.uint64(0), work.margin[0], status), True
     watching = work.watch[0]
     current = motion
     label = noted(np.uint64(1), current)
@@ -156,7 +186,7 @@ def carry(
     count, last = events_of(motion)
     last = 0 if count > 1 else last
     # A state is kept, now and then; two turns from it on, the second with its tangent, may tell.
-    kept, next_look, span, turn_ends = 0, LONG * n, LONG * n, 0
+    kept, next_look, span, turn_ends = 0, LONG * n, LONG * n // 4, 0
     near, growth, looping = math.inf, 1.0, False
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG * n)):
@@ -224,14 +254,17 @@ def carry(
             growth = max(growth, row_norm(current.tangent_z[:, n_columns:]))
             if n_events < turn_ends:
                 continue
+            times = math.inf
             if distance(current, saved) < math.inf:
                 write_turn(current, saved, n_columns, loop)
                 times = excess(loop, work.margin[0] / growth)
-                if times < 1.0:
-                    status = NEVER_CYCLE
-                    break
-                if times > 4.0:
-                    near *= 0.5
+            if times < 1.0:
+                status = NEVER_CYCLE
+                break
+            if times > 4.0:
+                near *= 0.5
+            if lighten and n_columns > 0 and times < math.inf:
+                motion, long_motion, n_columns = light, long_light, 0
             copy_motion(current, motion)
             current, looping = motion, False
             work.watch[0] = watching
@@ -240,18 +273,18 @@ def carry(
             gap = distance(current, saved)
             if gap < near:
                 write_shift(current, saved, loop.earlier)
-                turn_ends, near, growth = 2 * n_events - kept, 0.5 * gap, 1.0
-                span = max(n_events - kept, LONG * n)
+                turn_ends, near, growth = 2 * n_events - kept, gap, 1.0
+                span = max(n_events - kept, LONG * n // 4)
                 copy_motion(motion, long_motion)
                 current, looping = long_motion, True
                 start_loop_tangent(system, current, n_columns, loop.earlier)
                 copy_motion(current, saved)
                 earlier_margin = min(earlier_margin, work.margin[0])
                 work.margin[0], work.watch[0] = math.inf, 1.0
-        if n_events >= next_look and not looping:
+        if n_events >= next_look and not looping and begins_slip(current):
             copy_motion(current, saved)
             kept, next_look = n_events, n_events + span
-            span += span // 4
+            span += 1 + span // 8
     work.watch[0] = watching
     if looping:
         copy_motion(current, motion)
@@ -262,7 +295,8 @@ def carry(
             label = hashed(label, turns - 1)
             past = motion.clock[0] - turns * section.period
             margin = min(margin, past, section.period - past)
-    return duration, n_events, label, margin, status
+    whole = n_columns == scratch.motion.tangent_z.shape[1]
+    return (duration, n_events, label, margin, status), whole
 
 
 @kernel

@@ -300,15 +300,18 @@ def look_back(carried: Carried, b: Floats, base: np.uint64, block: int, piece: f
             b[AT_GAP_W + i],
             b[AT_GAP_PULL + i],
         )
-        later = b[SLOPE + place + i]
-        turns = f_1 < 0.0 and later >= 0.0 and piece > 0.0 and piece <= b[PIECES + i]
-        ahead = b[BACK + i] * f_1 / (f_1 - later)
-        lower = turns and f + 0.5 * ahead * f_1 < b[LOWEST + place + i]
-        b[LOWEST + place + i] = f + 0.5 * ahead * f_1 if lower else b[LOWEST + place + i]
-        b[NEAREST + place + i] = piece * b[BACK + i] - ahead if lower else b[NEAREST + place + i]
-        hidden = hides_a_turn(f_1, later, f_2, b[BEND + place + i], b[BACK + i])
-        hidden = hidden and piece > 0.0 and piece <= b[PIECES + i]
-        b[LEAST + i] = UNTOLD if hidden else b[LEAST + i]
+        # Read before any branch: what is read in one is gathered, lane by lane.
+        later, bend, back = b[SLOPE + place + i], b[BEND + place + i], b[BACK + i]
+        lowest, nearest, least = b[LOWEST + place + i], b[NEAREST + place + i], b[LEAST + i]
+        inside = piece > 0.0 and piece <= b[PIECES + i]
+        turns = f_1 < 0.0 and later >= 0.0 and inside
+        ahead = back * f_1 / (f_1 - later)
+        bottom = f + 0.5 * ahead * f_1
+        lower = turns and bottom < lowest
+        b[LOWEST + place + i] = bottom if lower else lowest
+        b[NEAREST + place + i] = piece * back - ahead if lower else nearest
+        hidden = hides_a_turn(f_1, later, f_2, bend, back) and inside
+        b[LEAST + i] = UNTOLD if hidden else least
         b[SLOPE + place + i] = f_1
         b[BEND + place + i] = f_2
 
@@ -397,7 +400,8 @@ def begin_at_landings(carried: Carried, b: Floats, base: np.uint64) -> None:
         side = b[LANDS + i]
         second = side > 0.0
         sum_w, sum_pull, gap_w, gap_pull = end_of(constants, carried.pair, b, i)
-        force = b[E_2 + i] if second else b[E_1 + i]
+        e_1, e_2 = b[E_1 + i], b[E_2 + i]
+        force = e_2 if second else e_1
         limit = constants.limit_2 if second else constants.limit_1
         of_sum, of_gap = shares(carried.pair, side)
         rate = 0.5 * (of_sum * sum_pull + of_gap * gap_pull)

@@ -254,7 +254,7 @@ def new_scratch(
 ) -> Scratch:
     """Work arrays of one motion with a tangent for each direction; those of `like` serve again."""
     n = engine.n_states
-    longer = engine.widened(directions, n)
+    longer, none = engine.widened(directions, n), engine.directions()
     if like is not None:
         return like._replace(
             motion=like.motion._replace(directions=directions),
@@ -264,7 +264,9 @@ def new_scratch(
     return Scratch(
         engine.new_motion(directions),
         engine.new_motion(longer),
-        engine.new_motion(engine.directions()),
+        engine.new_motion(none),
+        engine.new_motion(engine.widened(none, n)),
+        engine.new_motion(none),
         new_loop(n),
         engine.new_work(),
         section,

@@ -26,15 +26,15 @@ class Loop(NamedTuple):
     earlier: Floats  # (n,)
     moved: Floats  # (n,)
     turn: Floats  # (n, n)
-    power: Floats  # (n, n), as the rest
+    power: Floats  # (n, n), as the next
     spare: Floats
-    total: Floats
+    unit: Floats  # (n,): of each number, so that what it does to others weighs what they do to it
 
 
 def new_loop(n: int) -> Loop:
     """Arrays for states of n numbers."""
-    turn, power, spare, total = np.zeros((4, n, n))
-    return Loop(np.zeros(n), np.zeros(n), turn, power, spare, total)
+    turn, power, spare = np.zeros((3, n, n))
+    return Loop(np.zeros(n), np.zeros(n), turn, power, spare, np.ones(n))
 
 
 @kernel
@@ -69,6 +69,29 @@ def product(one: Floats, other: Floats, result: Floats) -> None:
 
 
 @kernel
+def balance(loop: Loop) -> None:
+    """Choose units in which rows and columns of the turn are alike: its powers tell more then."""
+    turn, unit = loop.turn, loop.unit
+    unit[:] = 1.0
+    for _ in range(4):  # more change little
+        for j in range(unit.shape[0]):
+            row = column = 0.0
+            for k in range(unit.shape[0]):
+                if k != j:
+                    row += abs(turn[j, k])
+                    column += abs(turn[k, j])
+            if row > 0.0 and column > 0.0:
+                factor = math.sqrt(row / column)
+                unit[j] *= factor
+                for k in range(unit.shape[0]):
+                    turn[j, k] /= factor
+                    turn[k, j] *= factor
+    for j in range(unit.shape[0]):
+        loop.earlier[j] /= unit[j]
+        loop.moved[j] /= unit[j]
+
+
+@kernel
 def add_turn(loop: Loop) -> None:
     """Add what a turn moves to ``earlier``, and turn that."""
     _, moved, turn, _, spare, _ = loop
@@ -84,7 +107,8 @@ def add_turn(loop: Loop) -> None:
 @kernel
 def excess(loop: Loop, room: float) -> float:
     """How many times too far apart two turns are to contract within half a room; inf: or grow."""
-    earlier, moved, turn, power, spare, total = loop
+    balance(loop)
+    earlier, moved, turn, power, spare, unit = loop
     size, bend = largest(earlier), 0.0
     for j in range(moved.shape[0]):
         straight = moved[j]
@@ -93,18 +117,14 @@ def excess(loop: Loop, room: float) -> float:
         bend = max(bend, abs(straight))
         if earlier[j] == 0.0 and moved[j] != 0.0:
             return math.inf  # not at the same events: the turn has no tangent in j
-    # The sum of the powers T^n, n < 2 q, and T^q: doubled until that is small.
+    # The sum of the norms of T^n, n < 2 q, is at most 1 + |T^q| times that for n < q.
     for j in range(moved.shape[0]):
         earlier[j] = 0.0
         for k in range(moved.shape[0]):
             power[j, k] = turn[j, k]
-            total[j, k] = 1.0 if j == k else 0.0
-    norm = row_norm(power)
+    norm, powers = row_norm(power), 1.0
     for _ in range(SQUARINGS):
-        product(power, total, spare)
-        for j in range(moved.shape[0]):
-            for k in range(moved.shape[0]):
-                total[j, k] += spare[j, k]
+        powers *= 1.0 + norm
         if norm <= 0.5:
             break
         product(power, power, spare)
@@ -112,16 +132,18 @@ def excess(loop: Loop, room: float) -> float:
         norm = row_norm(power)
     if not (norm <= 0.5 and room > 0.0):
         return math.inf
-    inverse = row_norm(total) / (1.0 - norm * norm)  # bounds 1 / (1 - T)
+    powers /= 1.0 - norm * norm
     # How far straight turns lead at most, and in the end: to their fixed point.
-    reach, rest = 0.0, math.inf
+    reach, rest, way, most = 0.0, math.inf, 0.0, largest(unit)
     for _ in range(TURNS):
         add_turn(loop)
-        reach, rest = max(reach, largest(earlier)), inverse * largest(moved)
-        if rest <= REST * reach:
+        reach, rest = max(reach, largest(earlier)), powers * largest(moved)
+        for j in range(moved.shape[0]):
+            way = max(way, abs(unit[j] * earlier[j]))
+        if rest <= REST * reach and most * rest <= REST * way:
             break
-    reach, ahead = reach + rest, largest(earlier) + rest
-    # Turns that bend, with a second derivative of 2 bend / size^2: where twice Kantorovich's number
-    # is below 1 they have a fixed point hardly farther away, and contract on the way.
-    bent = 4.0 * inverse * bend * ahead / (size * size) if bend > ROUNDING else 0.0
-    return max(bent, 4.0 * reach / (room * (1.0 + math.sqrt(max(0.0, 1.0 - bent)))))
+    reach, way = reach + rest, way + most * rest
+    # Turns that bend, with a second derivative of 2 bend / size^2, change T on the way: they do
+    # contract if that, times the sum of all powers' norms, is below 1, and lead up to twice as far.
+    bent = 2.0 * powers * bend * reach / (size * size) if bend > ROUNDING else 0.0
+    return max(bent, 4.0 * way / (room * (1.0 + math.sqrt(max(0.0, 1.0 - bent)))))

@@ -45,8 +45,10 @@ START = ""  # what tangents go with, if not with a parameter: no parameter has t
 class Scratch(NamedTuple):
     """Arrays of one thread."""
 
-    motion: Any  # Motion or BlockMotion, as the next two
+    motion: Any  # Motion or BlockMotion, as the next four
     long_motion: Any  # twin with the columns of a loop
+    light: Any  # twins without the tangents of the start
+    long_light: Any
     saved: Any
     loop: Loop
     work: Any  # of the engine

@@ -271,13 +271,14 @@ def step_length(motion: Motion, work: TaylorWork, rtol: float) -> float:
 @kernel
 def tangents(system: System, laws: Floats, motion: Motion, work: TaylorWork, h: float) -> None:
     """Carry every tangent column over the step by its own Taylor series."""
+    varied = varies_laws(motion)
     for block in range(2):
         mode = motion.mode[block]
         if mode != 0:
             work.rows[block, 0, ORDER] = mode * work.w[block, ORDER]
             row = piece_row(laws, block, mode * motion.w[block])
             series(laws[row], mode, work.rows[block], ORDER)
-            series_tangent(laws[row], mode, work.rows[block], ORDER)
+            series_tangent(laws[row], mode, work.rows[block], ORDER, varied)
     for column in range(motion.directions.shape[0]):
         if is_still(motion, column):
             continue
@@ -285,6 +286,16 @@ def tangents(system: System, laws: Floats, motion: Motion, work: TaylorWork, h: 
         for block in range(2):
             motion.tangent_w[block, column] = value(work.d_w[block], h)
             motion.tangent_e[block, column] = value(work.d_e[block], h)
+
+
+@kernel(inline=True)
+def varies_laws(motion: Motion) -> bool:
+    """Whether a parameter of a law changes in some direction."""
+    for column in range(motion.directions.shape[0]):
+        for k in range(LAWS, motion.directions.shape[1]):
+            if motion.directions[column, k] != 0.0:
+                return True
+    return False
 
 
 @kernel(inline=True)
@@ -327,9 +338,9 @@ def friction_tangent(
     mode = motion.mode[block]
     rows = work.rows[block]
     changed = 0.0
-    for j in range(k + 1):
-        changed += rows[SLOPE_ROW, j] * work.d_w[block, k - j]
-    changed *= mode
+    for i in range(k):  # upwards: only the last term waits for the newest coefficient
+        changed += rows[SLOPE_ROW, k - i] * work.d_w[block, i]
+    changed = mode * (changed + rows[SLOPE_ROW, 0] * work.d_w[block, k])
     n = law_parameters(motion)
     for j in range(n):
         d_parameter = direction[LAWS + block * n + j]

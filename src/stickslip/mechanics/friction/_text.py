@@ -99,10 +99,15 @@ class TracedText:
         return SeriesText(self.scalars, {FORCE_ROW: self.force}, {variable: SPEED_ROW}, first)
 
     @cached_property
-    def tangent(self) -> SeriesText:
-        outputs = {GRADIENT_ROW + j: number for j, number in enumerate(self.gradient)}
-        outputs[SLOPE_ROW] = self.slope
+    def slope_series(self) -> SeriesText:
+        outputs = {SLOPE_ROW: self.slope}
         return SeriesText(self.scalars, outputs, self.series.rows, self.series.next_row)
+
+    @cached_property
+    def gradient_series(self) -> SeriesText:
+        outputs = {GRADIENT_ROW + j: number for j, number in enumerate(self.gradient)}
+        known = self.slope_series
+        return SeriesText(self.scalars, outputs, known.rows, known.next_row)
 
 
 @dataclass
@@ -189,7 +194,7 @@ def kernel_source(formulas: Sequence[Formula]) -> KernelSource:
     n_rows = GRADIENT_ROW + n_parameters
     if traced:
         parts += _series_kernels(laws)
-        n_rows = max(text.tangent.next_row for law in laws for text in law.directions)  # type: ignore[union-attr]
+        n_rows = max(text.gradient_series.next_row for law in laws for text in law.directions)  # type: ignore[union-attr]
     return KernelSource("\n".join(parts), n_rows, n_parameters, tuple(law.scalars for law in laws))
 
 
@@ -275,8 +280,10 @@ def _series_kernels(laws: Sequence[LawText]) -> list[str]:
     ]
     start = _chosen(laws, lambda text: text.series.start)
     advance = _chosen(laws, lambda text: text.series.advance)
-    tangent_start = _chosen(laws, lambda text: text.tangent.start)
-    tangent = _chosen(laws, lambda text: text.tangent.advance)
+    slope_start = _chosen(laws, lambda text: text.slope_series.start)
+    slope = _chosen(laws, lambda text: text.slope_series.advance)
+    gradient_start = _chosen(laws, lambda text: text.gradient_series.start)
+    gradient = _chosen(laws, lambda text: text.gradient_series.advance)
     return [
         _kernel(
             "force_sharp(p, m, s, s_low)",
@@ -292,9 +299,10 @@ def _series_kernels(laws: Sequence[LawText]) -> list[str]:
             inline=True,
         ),
         _kernel(
-            "series_tangent(p, m, rows, order)",
-            "Series of dF/ds and dF/d(parameter j), after those of F.",
-            tangent_start,
-            ["for k in range(1, order + 1):", *indented(tangent)],
+            "series_tangent(p, m, rows, order, gradient)",
+            "Series of dF/ds and, if `gradient`, dF/d(parameter j), after those of F.",
+            [*slope_start, "if gradient:", *indented(gradient_start or ["pass"])],
+            ["for k in range(1, order + 1):"],
+            indented([*slope, "if gradient:", *indented(gradient or ["pass"])]),
         ),
     ]

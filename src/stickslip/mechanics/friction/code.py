@@ -40,7 +40,7 @@ class LawCode:
     force_sharp: Kernel | None  # (p, m, s, s_low) -> F(s + s_low), what rounding leaves out
     # (p, m, rows, k): with s_0..k in rows[0], and called for 0..k-1: F_k into rows[FORCE_ROW].
     series: Kernel | None
-    # (p, m, rows, order): dF/ds into rows[SLOPE_ROW], dF/d(parameter j) into the rows after.
+    # (p, m, rows, order, gradient): dF/ds into rows[SLOPE_ROW]; if asked, dF/d(parameter j) after.
     series_tangent: Kernel | None
     N_ROWS: int
     N_PARAMETERS: int

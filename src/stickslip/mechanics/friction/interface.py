@@ -52,8 +52,10 @@ def series(p: Floats, m: int, rows: NDArray[np.float64], k: int) -> None:
     raise NotImplementedError
 
 
-def series_tangent(p: Floats, m: int, rows: NDArray[np.float64], order: int) -> None:
-    """Series of dF/ds and dF/d(parameter j)."""
+def series_tangent(
+    p: Floats, m: int, rows: NDArray[np.float64], order: int, gradient: bool
+) -> None:
+    """Series of dF/ds and, if `gradient`, dF/d(parameter j)."""
     raise NotImplementedError
 
 

@@ -697,13 +697,16 @@ def place_step(motion: BlockMotion, steps: TangentSteps, k: int) -> None:
 @kernel
 def law_gradients(laws: Floats, motion: BlockMotion, work: BlockWork) -> None:
     """Series of the derivatives of laws over the step that has been expanded."""
+    varied = False
+    for column in range(motion.directions.varies.shape[0]):
+        varied = varied or motion.directions.varies[column]
     for a in range(work.n_active[0]):
         i = work.active[a]
         mode = motion.mode[i]
         work.rows[i, 0, ORDER] = mode * work.w[i, ORDER]
         row = piece_row(laws, i, mode * motion.w[i])
         series(laws[row], mode, work.rows[i], ORDER)
-        series_tangent(laws[row], mode, work.rows[i], ORDER)
+        series_tangent(laws[row], mode, work.rows[i], ORDER, varied)
 
 
 @kernel
