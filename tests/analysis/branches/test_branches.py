@@ -1,6 +1,7 @@
 """Branches, breakpoints and gaps of maps whose shape is known."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.branches.branches import branches, breakpoints
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.protocol import PointValues
 
 ROUNDING = 1e-14
+CALLS = 20  # of a map with one jump; halvings alone take 22, and 39 towards a root
 LIMIT = 1e-11  # one-sided limits beside an infinite slope, extrapolated
 
 
@@ -263,6 +266,29 @@ def test_tables_are_made_once_per_map():
     f = examples.tent(1.9)
     assert branch_table(f) is branch_table(f)
     assert branch_table(f) is not branch_table(f.replace(slope=1.8))
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5], ids=["smooth", "root"])
+def test_a_table_takes_few_calls_of_the_map(exponent):
+    # Each costs as much as a handful of points. Rounding hides the curvature of narrow cells.
+    @dataclass
+    class Jump:
+        domain: tuple[float, float] = (0.0, 1.0)
+        calls: int = 0
+
+        def evaluate(self, x, /):
+            self.calls += 1
+            x = np.asarray(x, dtype=float)
+            off, right = np.abs(x - 0.377), x >= 0.377
+            value = np.where(right, 0.3 + off**exponent, np.sin(3 * x))
+            slope = np.where(right, exponent * off ** (exponent - 1), 3 * np.cos(3 * x))
+            label = 1 + right.astype(np.uint64)
+            return PointValues(value, slope, label, np.zeros(x.shape, dtype=np.int64), off)
+
+    f = Jump()
+    (jump,) = branch_table(f).breakpoints
+    assert jump.d == 0.377
+    assert f.calls <= CALLS
 
 
 def test_powers_of_the_tent_map():

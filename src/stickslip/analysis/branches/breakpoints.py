@@ -174,9 +174,10 @@ class Breakpoint(Result):
 def limits_at_discontinuities(mesh: Mesh, cuts: Discontinuities) -> tuple[Limits, Limits]:
     """Return the limits at both ends of every segment between cuts, shapes (n_cuts + 1,)."""
     starts, ends = cuts.starts, cuts.ends
-    room = ends.x - starts.x
-    ones = np.ones(len(room))
-    return limits_inside(mesh, starts, ones, room), limits_inside(mesh, ends, -ones, room)
+    n, room = len(starts), ends.x - starts.x
+    inward = np.repeat([1.0, -1.0], n)
+    found = limits_inside(mesh, starts.joined(ends), inward, np.tile(room, 2))
+    return found.take(slice(0, n)), found.take(slice(n, None))
 
 
 def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Kind]:

@@ -27,6 +27,7 @@ MAX_ROUNDS: Final = 200  # each halves at least: 65 suffice from any domain to F
 TRUSTED: Final = 0.25  # of the bracket: the two sides' forecasts must agree better
 RESTED: Final = 4  # rounds: by chance one in sixteen
 CLOSE: Final = 1e-3  # of the bracket: ten halvings at once, or a second value to forecast from
+FEW: Final = 8  # floats between the ends of a bracket that are looked at together
 ASIDE: Final = 2.0  # of their disagreement, to either side: expected to hold the change
 MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
 CROWD: Final = 4  # cuts within the resolution: events that flicker at a tie make two or three
@@ -54,20 +55,19 @@ class Brackets:
         self.old_left, self.old_right = left.copy(), right.copy()
 
     def narrow(self, k: Indices) -> None:
-        """Look at one point of some of the brackets, or at two."""
+        """Look at one point of some of the brackets, or at more."""
         width = self.right.x[k] - self.left.x[k]
-        first, second = self._trials(k)
-        both = np.isfinite(second)
-        nodes = self.probe(np.concatenate([first, second[both]]))
-        if not both.any():
-            self._take_in(k, nodes)
-        else:
-            self._take_in(k, nodes.take(slice(0, len(k))))
-            self._take_in(k[both], nodes.take(slice(len(k), None)))
+        trials = self._trials(k)
+        asked = np.isfinite(trials)
+        nodes, done = self.probe(trials[asked]), 0
+        for row in asked[asked.any(axis=1)]:
+            brackets = k[row]
+            self.take_in(brackets, nodes.take(slice(done, done + len(brackets))))
+            done += len(brackets)
         # A forecast that gains less than halving would is not followed twice.
-        self.halve_next[k] = both & (self.right.x[k] - self.left.x[k] > 0.5 * width)
+        self.halve_next[k] = asked[1] & (self.right.x[k] - self.left.x[k] > 0.5 * width)
 
-    def _take_in(self, k: Indices, nodes: Nodes) -> None:
+    def take_in(self, k: Indices, nodes: Nodes) -> None:
         """Move an end of each bracket that a new point is inside of."""
         inside = (nodes.x > self.left.x[k]) & (nodes.x < self.right.x[k])
         k, nodes = k[inside], nodes.take(inside)
@@ -89,8 +89,8 @@ class Brackets:
             self.old_right.put(j, self.right.take(j))
             self.right.put(j, nodes.take(~as_left))
 
-    def _trials(self, k: Indices) -> tuple[Floats, Floats]:
-        """Choose one point per bracket, its middle, or two on either side of a forecast."""
+    def _trials(self, k: Indices) -> Floats:
+        """Choose points per bracket, a column: its middle, two around a forecast, or all floats."""
         lower, upper = self.left.x[k], self.right.x[k]
         centre, reach = self._forecast(k)
         ulp = np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
@@ -98,9 +98,16 @@ class Brackets:
             reach = np.maximum(ASIDE * reach, 2 * ulp)
             first, second = centre - reach, centre + reach
             trusted = (first > lower) & (second < upper) & (reach < TRUSTED * (upper - lower))
-        trusted &= ~self.halve_next[k]
-        middle = self._middle(k)
-        return np.where(trusted, first, middle), np.where(trusted, second, np.nan)
+        trusted &= ~(self.halve_next[k] | (lower < 0) & (upper > 0))  # `midpoint` tries 0 first
+        trials = np.full((FEW - 1, len(k)), np.nan)
+        trials[0] = np.where(trusted, first, self._middle(k))
+        trials[1, trusted] = second[trusted]
+        ulp = np.spacing(np.minimum(np.abs(lower), np.abs(upper)))
+        few = upper - lower <= FEW * ulp
+        if few.any():
+            floats = lower + ulp * np.arange(1, FEW)[:, None]
+            trials[:, few] = np.where(floats < upper, floats, np.nan)[:, few]
+        return trials
 
     def _middle(self, k: Indices) -> Floats:
         """Halve, but step close to an end that has rested: it moves at last, or meets the other."""
@@ -132,7 +139,11 @@ class LabelBrackets(Brackets):
 
     def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
         super().__init__(mesh.probe, left, right)
-        self.mesh = mesh
+        self.mesh, nodes = mesh, mesh.nodes
+        # Two points of either side foretell the change.
+        self.old_left = nodes.take(np.maximum(np.searchsorted(nodes.x, left.x) - 1, 0))
+        after = np.searchsorted(nodes.x, right.x) + 1
+        self.old_right = nodes.take(np.minimum(after, len(nodes) - 1))
 
     def close(self) -> None:
         """Narrow all brackets to adjacent floats."""

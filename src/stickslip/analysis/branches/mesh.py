@@ -41,10 +41,11 @@ VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
 CURVE_FIT: Final = 1e-3  # of the slopes: change of slope that neighbours may disagree about
 SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
+CLOSER: Final = 0.125 ** np.arange(1, 11)  # of a cell at a break that fails: it is cut there
 FLAT: Final = 8 * float(np.finfo(np.float64).eps)  # of a value: smaller changes are rounding
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, slots=True)
 class Nodes:
     """Points of a map in ascending order with what the map says there; shapes (n,)."""
 
@@ -225,6 +226,21 @@ class Mesh:
         self.open = _widen(self.open, place, len(self.nodes), value=False)
         failed = place[~passed]
         self.open[failed - 1] = self.open[failed] = True
+        self._grade(failed)
+
+    def _grade(self, middles: Indices) -> None:
+        """Cut the halves of failed cells ever closer to the breaks that they end at."""
+        # Beside a root one halving would follow the other, a call of the map each.
+        nodes, step = self.nodes, self.resolution
+        middles = middles[nodes.ok[middles - 1] & nodes.ok[middles] & nodes.ok[middles + 1]]
+        at_break = np.concatenate([[False], np.diff(nodes.x) <= 1.5 * step, [False]])
+        left, right = middles[at_break[middles - 1]], middles[at_break[middles + 2]]
+        ends = np.concatenate([nodes.x[left - 1], nodes.x[right + 1]])
+        off = (np.concatenate([nodes.x[left], nodes.x[right]]) - ends)[:, None] * CLOSER
+        x = (ends[:, None] + off)[np.abs(off) > step]
+        if x.size:
+            self.nodes, place = nodes.merged(self.probe(np.sort(x)))
+            self.open = _widen(self.open, place, len(self.nodes), value=True)
 
     def _doubt(self, cells: Indices) -> None:
         """Note cells that fail at the resolution."""
@@ -249,7 +265,10 @@ class Mesh:
             at_right = (4 * n.slope[1:] + 2 * n.slope[:-1] - 6 * mean) / width
             misfit = np.abs(at_left[1:] - at_right[:-1]) * np.maximum(width[1:], width[:-1])
             typical = np.abs(n.slope[:-2]) + np.abs(n.slope[1:-1]) + np.abs(n.slope[2:])
-            bent = misfit > CURVE_FIT * (typical + 0.1 * self.slope_scale)
+            # In narrow cells a curvature is rounding.
+            rounding = 12 * FLAT * np.abs(n.value[1:-1]) / np.minimum(width[1:], width[:-1]) ** 2
+            rounding *= np.maximum(width[1:], width[:-1])
+            bent = misfit > CURVE_FIT * (typical + 0.1 * self.slope_scale) + rounding
         flat = self._flat(n.take(slice(None, -1)), n.take(slice(1, None)))
         bent &= ~(flat[1:] & flat[:-1])
         bent &= same[1:] & same[:-1]
@@ -272,6 +291,8 @@ class Mesh:
 
     def _wide_enough(self, width: Floats) -> Bools:
         """Tell which cells may be halved: in a gap, where values cost much, only coarse ones."""
+        if self.nodes.ok.all():
+            return width > self.resolution
         in_gap = ~self.nodes.ok[1:]
         known = ~np.isnan(self.nodes.margin[1:])
         coarse = np.where(known, GAP_FLOOR, GAP_PROBES) * domain_width(self.f)
@@ -293,6 +314,8 @@ class Mesh:
     def _largest_unseen(self) -> Floats:
         """Width of a cell of a gap that its neighbours tell nothing of; of others without bound."""
         ok, x = self.nodes.ok, self.nodes.x
+        if ok.all():
+            return np.full(len(x) - 1, np.inf)
         before = np.maximum.accumulate(np.where(ok, np.arange(len(ok)), 0))[:-1]
         after = np.minimum.accumulate(np.where(ok, np.arange(len(ok)), len(ok) - 1)[::-1])[::-1][1:]
         in_gap = ~ok[1:] & ~ok[:-1]

@@ -51,7 +51,7 @@ MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out
 SHOWN: Final = 40  # rows of a table in its repr
 SPENT: Final = 1 << 18  # events of long motions for one table of many, before less is resolved
-REMEMBERED: Final = 64  # tables kept in memory, 100 kB each: one map is asked many questions
+REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 

@@ -57,6 +57,19 @@ def test_moving_jump():
     assert reading.critical.reach == pytest.approx(1 / 1.5 - 1 / 1.6)
 
 
+def test_a_border_is_found_once_in_a_map(monkeypatch):
+    """Conditions on one border are read off together, in a list by the hundred."""
+    f = examples.coulomb().as_map()
+    border = borders_of(f)[0]
+    other, asked, plain = f.replace(V=0.03671234), [], EventMap.evaluate
+    monkeypatch.setattr(EventMap, "evaluate", lambda self, d: asked.append(d) or plain(self, d))
+    first = border.at(other)
+    n = len(asked)
+    assert n > 0
+    assert border.at(f.replace(V=0.03671234)) == first
+    assert len(asked) == n
+
+
 def test_one_sided_values_and_slopes_of_a_corner_and_of_a_root():
     corner = borders_of(border_collision(a=0.5, b=-2.0, mu=1.0))[0]
     reading = corner.at(border_collision(a=0.7, b=-3.0, mu=-0.25))

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 LOCATED: Final = 1e-12  # of the domain's width: how far a breakpoint is narrowed down
 FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
 SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are
+FAN: Final = np.outer(0.125 ** np.arange(3), [-1.0, 1.0]).ravel()  # of the bracket: looked at
 WIDENING: Final = 16.0
 WIDEST: Final = 0.05  # of the domain's width: a breakpoint further off is lost
 PLACES: Final = 4  # that a prediction goes through
@@ -208,21 +209,26 @@ def _located(
     def probe(x: Floats) -> Nodes:
         return Nodes.at(x, sample(f, x))
 
-    def ends(k: NDArray[np.intp]) -> tuple[Nodes, Nodes]:
-        both = np.concatenate([x[k] - radius[k], x[k] + radius[k]])
-        nodes = probe(np.clip(both, *f.domain))
-        return nodes.take(slice(0, len(k))), nodes.take(slice(len(k), None))
+    def fan(k: NDArray[np.intp]) -> list[Nodes]:
+        """Points on both sides of forecasts, the farthest first: a few cost as much as one."""
+        points = x[k] + radius[k] * FAN[:, None]
+        nodes = probe(np.clip(points, *f.domain).ravel())
+        return [nodes.take(slice(row * len(k), (row + 1) * len(k))) for row in range(len(FAN))]
 
-    low, high = ends(np.arange(len(x)))
+    low, high, *inner = fan(np.arange(len(x)))
     while True:
         good = np.abs(_signal(kind, high) - _signal(kind, low)) >= REMAINS * contrast
         k = np.flatnonzero(~good & (radius < WIDEST * width))
         if not k.size:
             break
         radius[k] = np.minimum(radius[k] * WIDENING, WIDEST * width)
-        lower, upper = ends(k)
-        low, high = low.replaced(k, lower), high.replaced(k, upper)
+        wider = fan(k)
+        low, high, *inner = (
+            old.replaced(k, new) for old, new in zip([low, high, *inner], wider, strict=True)
+        )
     brackets = _SignalBrackets(probe, low, high, kind)
+    for nodes in inner:
+        brackets.take_in(np.flatnonzero(good), nodes.take(good))
     for _ in range(MAX_ROUNDS):
         k = np.flatnonzero(good & (brackets.right.x - brackets.left.x > LOCATED * width))
         if not k.size:
