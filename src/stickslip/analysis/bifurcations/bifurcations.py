@@ -281,10 +281,18 @@ class _Report:
         full = self._search(lambda: self._with_attractors(items, chains), "attractors") or items
         ends = [end for curve in curves for end in curve.ends]
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
-        listed = [*self.values, *self.accumulations, *left]
-        looks = [look for q, look in sorted(self.looks.items()) if survey.lo <= q <= survey.hi]
-        between = [look for look in self.between if survey.lo <= look.value <= survey.hi]
-        unaccounted, outside = accounted([*looks, *between], listed, survey.max_period)
+        aside = [*self.accumulations, *left]
+        unaccounted, outside = self._accounted(aside)
+        # Chaos that is seen beside an event only lies between no two values of the grid.
+        ends_of = ((self.looks.get(item.lo), self.looks.get(item.hi)) for item in unaccounted)
+        if again := [[a, b] for a, b in ends_of if a and b]:
+            more = self._search(
+                lambda: [item for pair in again for item in self._crises_between(pair)],
+                "the crises",
+            )
+            crises_found += more
+            self.values += [item.value for item in more]
+            unaccounted, outside = self._accounted(aside)
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         chains = [
@@ -304,8 +312,16 @@ class _Report:
             unresolved=tuple(sorted([*self.unresolved, *unaccounted], key=lambda item: item.lo)),
             outside=tuple(sorted([*self.outside, *outside], key=lambda item: item.lo)),
             n_lists=survey.n_nodes,
-            looks=tuple(look.value for look in looks),
+            looks=tuple(q for q in sorted(self.looks) if survey.lo <= q <= survey.hi),
         )
+
+    def _accounted(
+        self, aside: Iterable[float]
+    ) -> tuple[list[UnresolvedChange], list[UnresolvedChange]]:
+        """Compare all looks: what nothing explains, and what was not asked for."""
+        survey, looks = self.survey, [*self.looks.values(), *self.between]
+        inside = (look for look in looks if survey.lo <= look.value <= survey.hi)
+        return accounted(inside, [*self.values, *aside], survey.max_period)
 
     def part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
         """Do a part of the work at a value, or over the range; None, and told, if it fails."""
@@ -386,12 +402,18 @@ class _Report:
         tell = self.work.part(0.65, 0.7).tell
         grid = list(in_processes(partial(_at_node, at), survey.grid_nodes, tell))
         self._looked_at(grid)
+        return self._crises_between(grid, self.work.part(0.7, 0.8).tell)
+
+    def _crises_between(
+        self, grid: list[ParameterPoint], tell: Callable[[float], None] = lambda share: None
+    ) -> list[Bifurcation]:
+        survey = self.survey
         looks = LOOKS // 16 if survey.crowded else LOOKS
-        tell = self.work.part(0.7, 0.8).tell
-        found = crises(at, grid, self.values, max_period=survey.max_period, looks=looks, tell=tell)
+        limits = {"max_period": survey.max_period, "looks": looks}
+        found = crises(survey.family.at, grid, self.values, **limits, tell=tell)
         self.unresolved += [unexplained(*pair) for pair in found.left_open]
         self.outside += [too_close(*pair) for pair in found.too_close]
-        self.between = found.looks
+        self.between += found.looks
         self._looked_at(side for event in found.events for side in event.sides)
         return [self._crisis(event) for event in found.events if not self._explained(event)]
 

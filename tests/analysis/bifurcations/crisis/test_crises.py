@@ -201,6 +201,18 @@ def test_chaos_ends_at_the_border_of_its_basin_whatever_is_there(seed, ends, met
     assert returned == [not above, above]  # the cycle that is left takes all
 
 
+def test_chaos_that_is_seen_beside_an_event_only_is_searched_for_its_end():
+    """It lies between two values of the grid that show none of it."""
+    model, name, ends = random_blocks(62372)
+    found = ss.bifurcations(model, name, ends, max_period=3)
+    assert found.unresolved == ()
+    (end,) = (item for item in found if 1.9319 < item.value < 1.9322)
+    assert end.kind == "boundary_crisis"
+    sides = [ss.event_map(model.replace(beta=end.value + off)) for off in (-1e-4, 1e-4)]
+    there = [[a.kind for a in ss.attractors(f)] for f in sides]
+    assert ["chaotic" in kinds for kinds in there] == [False, True]
+
+
 def test_a_break_joins_many_bands_at_once():
     (event,) = found(random_family(60050), (0.307395, 0.3073957), max_period=3)
     assert event.kind == "band_merging"
