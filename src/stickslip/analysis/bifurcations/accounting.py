@@ -53,12 +53,13 @@ def _cycles_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -
 
 def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
     """Whether chaos comes or goes in a way that longer cycles and its windows do not explain."""
-    changed = [s for s in (here - there) + (there - here) if _beyond(s, max_period)]
-    chaos_only = all(kind == "chaotic" and bands <= MOST_BANDS for kind, bands in changed)
-    number, other = (
-        sum(n for sort, n in sorts.items() if _beyond(sort, max_period)) for sorts in (here, there)
+    here, there = (
+        Counter({sort: n for sort, n in sorts.items() if _beyond(sort, max_period)})
+        for sorts in (here, there)
     )
-    return chaos_only and number != other
+    changed = (here - there) + (there - here)
+    chaos_only = all(kind == "chaotic" and bands <= MOST_BANDS for kind, bands in changed)
+    return chaos_only and here.total() != there.total()
 
 
 def _beyond(sort: Sort, max_period: int) -> bool:

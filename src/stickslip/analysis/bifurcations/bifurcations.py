@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.accounting import (
-    Look,
-    accounted,
-    too_close,
-    unexplained,
-)
+from stickslip.analysis.bifurcations.accounting import Look, accounted, too_close, unexplained
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -228,7 +223,8 @@ def _look(at: MapAt, place: tuple[float, list[Floats]]) -> ParameterPoint | Unre
     noted: list[UnresolvedChange] = []
 
     def found() -> ParameterPoint:
-        return parameter_point(at, q, [solve_orbit(at(q), guess) for guess in guesses])
+        f = at(q)
+        return parameter_point(at, q, [solve_orbit(f, guess) for guess in guesses])
 
     point = attempted(found, "attractors", q, q, noted)
     return noted[0] if point is None else point

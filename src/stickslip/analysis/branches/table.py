@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
+from functools import cached_property, lru_cache, wraps
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, cast
 
 import numpy as np
 
@@ -55,7 +55,20 @@ REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 
+T = TypeVar("T")
+
 _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None))
+
+
+def remembered(told: Callable[..., T]) -> Callable[..., T]:
+    """Keep what is told of the last maps, the first argument, but of those that are no keys."""
+    kept = lru_cache(maxsize=REMEMBERED)(told)
+
+    @wraps(told)
+    def asked(f: Any, *rest: Any) -> T:
+        return (kept if isinstance(f, Hashable) else told)(f, *rest)
+
+    return asked
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -207,16 +220,10 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
             f"resolution = {resolution!r}: a positive number, at most a thousandth of the "
             f"domain's width {hi - lo:.6g}, is needed."
         )
-    if isinstance(f, Hashable):
-        return _remembered(f, resolution, crowd, events)
     return _make_table(f, resolution, crowd, events)
 
 
-@lru_cache(maxsize=REMEMBERED)
-def _remembered(f: Any, resolution: float, crowd: int, events: float) -> BranchTable:
-    return _make_table(f, resolution, crowd, events)
-
-
+@remembered
 def _make_table(f: Map1D, resolution: float, crowd: int, events: float) -> BranchTable:
     base, exponent = base_and_exponent(f)
     hints, unresolved = Hints.none(), list[Unresolved]()

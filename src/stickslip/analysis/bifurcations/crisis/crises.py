@@ -31,10 +31,10 @@ from stickslip.analysis.bifurcations.crisis.comparison import (
     ratio_of,
 )
 from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
-    FOLLOWED,
     Meeting,
     borders_beside,
     edges_of,
+    late,
     meetings,
     on_border,
 )
@@ -193,7 +193,7 @@ def _leaves(
     lo, hi = far.f.domain
     if not lo <= x <= hi:
         return True
-    orbit = far.fast.iterate(x, FOLLOWED)[FOLLOWED // 2 :]
+    orbit = late(far.fast, x)
     bands = partner_of(attractor, near.attractors)
     return bands is None or not bands.contains(orbit[np.isfinite(orbit)]).any()
 
@@ -363,10 +363,9 @@ class _Search:
                 return CrisisEvent(kind, located, attractor, (below, above))
             if kind is None:
                 return None
-            if kind == "transient" and _leaves(located, attractor, near, far):
-                # Transients beside a boundary crisis live long, but the attractor is gone.
-                last = CrisisEvent("boundary_crisis", located, attractor, (below, above))
-            elif kind == "window":
+            # Transients beside a boundary crisis live long, but the attractor is gone.
+            left = kind == "transient" and _leaves(located, attractor, near, far)
+            if left or kind == "window":
                 last = CrisisEvent("boundary_crisis", located, attractor, (below, above))
             elif kind == "several" and isinstance(located.reading.condition, Contact):
                 # A break may join many bands at once, an orbit joins two and two.
@@ -389,7 +388,8 @@ class _Search:
             beside = self.at(start.value + step)
         except ValueError:
             return  # the family ends there
-        for item in self._meetings(change.attractor, start, border):
+        met = self._on_border if border else self._meetings
+        for item in met(change.attractor, start):
             try:
                 here = item.condition.at(start.f)
                 there = here.condition.at(beside)
@@ -417,19 +417,19 @@ class _Search:
         clear = CLEAR * located.error < ends[1] - ends[0]
         return located if clear and located.quality != "failed" else None
 
-    def _meetings(
-        self, attractor: Attractor, point: ParameterPoint, border: bool = False
-    ) -> Iterator[Meeting]:
+    def _meetings(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
         """Yield edges of an attractor with unstable orbits beside them, the closest first."""
-        edges = edges_of(attractor, point.table)
-        if border:
-            yield from islice(on_border(point.fast, attractor, edges), MEETINGS)
-            return
         periods = {*range(1, self.max_period + 1), attractor.period}
         if attractor.period % 2 == 0:
             periods.add(attractor.period // 2)
+        edges = edges_of(attractor, point.table)
         yield from islice(meetings(point.fast, edges, tuple(sorted(periods))), MEETINGS)
         yield from borders_beside(point.table, edges)
+
+    def _on_border(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
+        """Yield edges with the orbits on the border of the basin beside them."""
+        edges = edges_of(attractor, point.table)
+        return islice(on_border(point.fast, attractor, edges), MEETINGS)
 
     def at_end(self, point: ParameterPoint, width: float) -> None:
         """Look for an event exactly at the first or last value; outwards is where width points."""

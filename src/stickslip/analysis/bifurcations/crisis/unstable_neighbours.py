@@ -19,7 +19,7 @@ from stickslip.analysis.maps.protocol import domain_width
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.branches.along.tracked import Critical
@@ -125,14 +125,18 @@ def meetings(
             yield Meeting(place.edge, points[0], points)
 
 
+def late(fast: InterpolatedMap, x: ArrayLike) -> Floats:
+    """Follow orbits, and return the half of them that tells where they go."""
+    return fast.iterate(x, FOLLOWED)[..., FOLLOWED // 2 :]
+
+
 def on_border(
     fast: InterpolatedMap, attractor: Attractor, edges: Sequence[Edge]
 ) -> Iterator[Meeting]:
     """Find the orbits, of any period, on the border of an attractor's basin beside its edges."""
 
     def stays(x: Floats) -> NDArray[np.bool_]:
-        late = fast.iterate(x, FOLLOWED)[..., FOLLOWED // 2 :]
-        return np.asarray(attractor.contains(late).all(axis=-1))
+        return np.asarray(attractor.contains(late(fast, x)).all(axis=-1))
 
     near = np.array([edge.x for edge in edges])
     ends = np.array([edge.gap for edge in edges]).reshape(-1, 2)

@@ -6,10 +6,8 @@ Labels on either side tell a discontinuity; where they do not, the table of a sm
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import permutations
 from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeAlias
 
@@ -24,7 +22,7 @@ from stickslip.analysis.branches.along.change_search import (
 )
 from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
 from stickslip.analysis.branches.mesh import Nodes
-from stickslip.analysis.branches.table import REMEMBERED, RESOLUTION, branch_table
+from stickslip.analysis.branches.table import RESOLUTION, branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
 from stickslip.numerics.zeros import slope_zeros
@@ -233,13 +231,10 @@ class NearDiscontinuity:
 
 def _by_labels(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None:
     """Find a border by the labels of its two branches; None where these do not meet."""
-    # Several conditions on one break are read off the same map.
-    if isinstance(f, Hashable):
-        return _closed_in_on(f, border, border.reach)
-    return _closed_in_on.__wrapped__(f, border, border.reach)
+    return _closed_in_on(f, border, border.reach)
 
 
-@lru_cache(maxsize=REMEMBERED)
+@remembered  # several conditions on one break are read off the same map
 def _closed_in_on(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalReading | None:
     left, right = Branch.of(border.left_label), Branch.of(border.right_label)
     probe = Probe(f)
