@@ -177,11 +177,10 @@ def _extras() -> list[Finding]:
 def _gpu() -> Finding:
     if _installed("numba-cuda") is None:
         return "gpu", "not used", f'pip install "{PACKAGE}[gpu]"'
-    from numba import cuda
+    from stickslip.numerics.gpu import gpu_fault, gpu_name
 
-    if not cuda.is_available():
-        return "gpu", "none found", "numba-cuda is installed and sees no device"
-    return "gpu", "ready", cuda.get_current_device().name.decode()
+    fault = gpu_fault()
+    return ("gpu", "not usable", fault) if fault else ("gpu", "ready", gpu_name())
 
 
 def _cache() -> Finding:

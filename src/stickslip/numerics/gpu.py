@@ -7,6 +7,7 @@ numba's CUDA target, which is imported when somebody asks for it.
 from __future__ import annotations
 
 import itertools
+import warnings
 from collections.abc import Iterator, Sequence
 from types import ModuleType
 from typing import Any
@@ -20,18 +21,22 @@ from stickslip.numerics.targets import write_module
 THREADS = 128
 
 
-def require_gpu() -> None:
-    """Check that motions can run on a GPU (or on numba's simulator of one)."""
+def gpu_fault() -> str:
+    """Tell why motions cannot run on a GPU (or on numba's simulator of one); "" if they can."""
     try:
         from numba import cuda
 
-        available = cuda.is_available()
-    except ImportError:
-        available = False
-    if not available:
+        return "" if cuda.is_available() else "none was found"
+    except Exception as error:  # versions of packages that do not fit raise what they meet
+        return f"importing numba-cuda gave {error!r}"
+
+
+def require_gpu() -> None:
+    """Raise ValueError unless motions can run on a GPU."""
+    if fault := gpu_fault():
         raise ValueError(
             "device = 'cuda' needs an NVIDIA GPU, its driver and the package numba-cuda "
-            "(pip install 'stickslip[gpu]'); none was found. Take device='cpu', or look at what "
+            f"(pip install 'stickslip[gpu]'); {fault}. Take device='cpu', or look at what "
             "`stickslip doctor` says."
         )
 
@@ -74,7 +79,10 @@ def launch_on_gpu(
     sent = [cuda.to_device(x) if isinstance(x, np.ndarray) else x for x in inputs]
     place = cuda.to_device if filled else cuda.device_array_like
     received = [place(x) for x in outputs]
-    kernel[-(-size // THREADS), THREADS](*sent, *received)
+    with warnings.catch_warnings():
+        # How many items there are is the caller's question; that few leave a device idle is clear.
+        warnings.filterwarnings("ignore", ".*Grid size")
+        kernel[-(-size // THREADS), THREADS](*sent, *received)
     for array, there in zip(outputs, received, strict=True):
         if array.size > 0:
             array[...] = there.copy_to_host()

@@ -109,3 +109,14 @@ def test_on_the_simulator() -> None:
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert f"{len(MODELS) + 2} passed" in result.stdout
+
+
+def test_packages_that_do_not_fit_are_a_named_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """numba-cuda 0.30 beside NumPy 2.5: the first use raises AttributeError."""
+
+    def missing() -> bool:
+        raise AttributeError("module 'numpy' has no attribute 'row_stack'")
+
+    monkeypatch.setattr("numba.cuda.is_available", missing)
+    with pytest.raises(ValueError, match=r"numba-cuda gave AttributeError.*row_stack"):
+        require_gpu()
