@@ -15,7 +15,8 @@ from flint import arb
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.analysis.branches.table import RESOLUTION, branch_table
+from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.proofs.jet import box_of

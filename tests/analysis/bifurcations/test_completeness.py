@@ -12,6 +12,7 @@ from tests.sizes import slow
 import stickslip as ss
 from stickslip.analysis.bifurcations import bifurcations as lists
 from stickslip.analysis.bifurcations.accounting import Look, accounted
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, joined_where_they_touch
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
@@ -500,3 +501,52 @@ def test_twins_of_a_symmetric_map_each_have_their_own_entries():
                 if abs(v - value) < SHARP and p == pytest.approx(mirrored(points), abs=1e-8)
             ]
             assert len(same) == 1, (kind, value, points)
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "ends", "values"),
+    [
+        # A branch that ends at a tie of events goes on as rounding: three floats of its label.
+        (
+            {
+                "alpha": 1.6461618767844564,
+                "beta": 1.0736336202179904,
+                "V": 0.20418837586320968,
+                "mu": 0.410087353956968,
+            },
+            "alpha",
+            (1.6270225835663483, 1.6653011700025644),
+            [1.64939258187553, 1.6514475927023, 1.65199184796403],
+        ),
+        # A branch gets narrower than what is told apart: another break takes its border's place.
+        (
+            {
+                "alpha": 1.9880347952124338,
+                "beta": 0.7270834157969708,
+                "V": 0.09199498040206107,
+                "mu": 0.5869163419474344,
+            },
+            "alpha",
+            (1.9749182001406398, 2.0011513902842277),
+            [1.98214041414713, 1.98853597823925],
+        ),
+    ],
+)
+def test_a_branch_that_ends_is_no_collision(model, name, ends, values):
+    mu = model.pop("mu")
+    found = bifurcations(ss.TwoBlock(**model, friction=ss.Coulomb(mu)), name, ends, max_period=3)
+    assert [item.value for item in found] == pytest.approx(values, abs=1e-13)
+    assert not found.unresolved
+
+
+def test_changes_left_open_for_one_reason_at_many_breaks_are_one_entry():
+    told = [UnresolvedChange("an orbit ends", a, b, 1, 0.5) for a, b in ((2, 3), (0, 1), (1, 2))]
+    other = UnresolvedChange("another", 1.5, 1.75, 2, 0.25)
+    apart = UnresolvedChange("an orbit ends", 5, 6, 3, 0.75)
+    joined = joined_where_they_touch([*told, other, apart])
+    assert [(item.reason, item.lo, item.hi) for item in joined] == [
+        ("an orbit ends", 0, 3),
+        ("an orbit ends", 5, 6),
+        ("another", 1.5, 1.75),
+    ]
+    assert joined[1:] == [apart, other]

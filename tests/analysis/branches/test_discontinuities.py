@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from stickslip.analysis.branches.discontinuities import LabelBrackets
 from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.table import branch_table, tables_complete_above
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import PointValues
 
 EVALUATIONS = 30  # per change; halving alone takes 45
@@ -130,3 +131,11 @@ def test_where_motions_are_long_less_is_resolved_and_the_table_says_so():
     assert sum(events) < 1e6
     assert table.resolution == pytest.approx(1e-3)
     assert "motions are long: only wide branches are told apart" in str(table.unresolved)
+
+
+def test_limits_are_as_sharp_where_less_is_resolved():
+    f = PiecewiseMap(
+        lambda x: np.where(x < 0.3, np.exp(x), np.sin(9 * x)), (-1.0, 1.0), breakpoints=[0.3]
+    )
+    (found,) = branch_table(f, 1e-3).breakpoints
+    assert (found.left, found.right) == pytest.approx((np.exp(0.3), np.sin(2.7)), abs=1e-14)

@@ -26,7 +26,7 @@ from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.conditions.locate import Located
@@ -267,6 +267,17 @@ class UnresolvedChange:
         where = f"between {self.lo:.12g} and {self.hi:.12g}"
         orbit = f", period {self.period} near {self.x:.10g}" if self.period else ""
         return f"{where}{orbit}: {self.reason}"
+
+
+def joined_where_they_touch(changes: Iterable[UnresolvedChange]) -> list[UnresolvedChange]:
+    """Make one entry of those that have one reason and whose intervals touch."""
+    found: list[UnresolvedChange] = []
+    for item in sorted(changes, key=lambda item: (item.reason, item.lo)):
+        if found and found[-1].reason == item.reason and item.lo <= found[-1].hi:
+            last = found.pop()
+            item = UnresolvedChange(item.reason, last.lo, max(last.hi, item.hi))
+        found.append(item)
+    return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -15,6 +15,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     UnresolvedChange,
     attempted,
     bifurcation_of,
+    joined_where_they_touch,
 )
 from stickslip.analysis.bifurcations.cascades import cascades
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
@@ -296,6 +297,9 @@ class _Report:
             for chain in chains
         ]
         found = sorted([*full, *crises_found], key=lambda item: item.value)
+        left_open = [*self.unresolved, *unaccounted]
+        if survey.crowded:  # the same can be left open at each of hundreds of breaks
+            left_open = joined_where_they_touch(left_open)
         return BifurcationList(
             bifurcations=tuple(found),
             parameter=survey.family.name,
@@ -305,7 +309,7 @@ class _Report:
             window=survey.family.window,
             curves=curves,
             cascades=tuple(chains),
-            unresolved=tuple(sorted([*self.unresolved, *unaccounted], key=lambda item: item.lo)),
+            unresolved=tuple(sorted(left_open, key=lambda item: item.lo)),
             outside=tuple(sorted([*self.outside, *outside], key=lambda item: item.lo)),
             n_lists=survey.n_nodes,
             looks=tuple(q for q in sorted(self.looks) if survey.lo <= q <= survey.hi),

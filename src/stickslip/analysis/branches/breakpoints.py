@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     if not ends.ok.all():
         return _beside_gaps(mesh, ends, inward, room)
     n = len(ends)
-    h = np.minimum(mesh.resolution, ROOM * room)
+    # Where less is resolved limits are no less sharp.
+    h = np.minimum(min(mesh.resolution, RESOLUTION), ROOM * room)
     h = np.maximum(h, 64 * np.spacing(np.abs(ends.x)))
     x = np.concatenate([ends.x + inward * k * h for k in (CLOSEST, 1.0, 4.0, 16.0)])
     lo, hi = mesh.f.domain

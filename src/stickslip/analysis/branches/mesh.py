@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Indices = NDArray[np.intp]
 
+RESOLUTION: Final = 1e-9  # of tables, where branches do not crowd, and of limits at breaks
 WIDE: Final = 1e-3  # of the domain: branches that are all told apart, and the largest resolution
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GOLDEN: Final = 0.6180339887498949

@@ -24,7 +24,7 @@ from stickslip.analysis.branches.laps import (
     split_at_smooth,
     tabulate_laps,
 )
-from stickslip.analysis.branches.mesh import WIDE, Mesh
+from stickslip.analysis.branches.mesh import RESOLUTION, WIDE, Mesh
 from stickslip.analysis.branches.pieces import (
     Hints,
     TooManyPiecesError,
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
-RESOLUTION: Final = 1e-9
 CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, if that is left open
 MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out

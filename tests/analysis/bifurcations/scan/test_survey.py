@@ -177,6 +177,10 @@ def test_labels_joined_in_a_ring_by_harmless_breakpoints():
     words.learn(table((3, 4), kind="corner"))
     labels = np.array([3, 2, 1, 4], dtype=np.uint64)
     assert words.of(labels).tolist() == [1, 1, 1, 4]
+    # Two that meet at a jump are two, though each passes harmlessly into a third.
+    words.learn(table((1, 3), kind="jump"))
+    one, _, three, _ = words.of(labels[[2, 1, 0, 3]]).tolist()
+    assert one != three
 
 
 def test_a_jump_that_no_label_shows_matters_at_values_that_have_it():

@@ -259,3 +259,23 @@ def test_breakpoint_curve_checks_its_arguments():
         follow_breakpoint(b, f, "slope", (1.9, 1.1))
     with pytest.raises(ValueError, match=r"give its value as at\(slope="):
         follow_breakpoint(b, f, "slope", (1.4, 1.6)).at(r=1)
+
+
+def test_floats_of_a_third_branch_at_a_tie_of_events_are_none():
+    """Rounding takes the events in an order that occurs nowhere else: on three floats, say."""
+    tie = 0.3
+    after = tie + 3 * float(np.spacing(tie))
+
+    def value(x, a):
+        return np.where(x < tie, a, np.where(x < after, a + 1.0, a + 2.0))
+
+    f = PiecewiseMap(value, (-1.0, 5.0), parameters={"a": 0.1}, breakpoints=[tie, after])
+    left, third, right = f.evaluate(np.array([0.0, tie, 1.0])).label.tolist()
+    assert TrackedDiscontinuity(left, right, 0.31, "jump").at(f).right == 2.1
+    for flicker in (
+        TrackedDiscontinuity(left, third, 0.301, "jump"),
+        TrackedDiscontinuity(third, right, 0.301, "jump"),
+    ):
+        with pytest.raises(ConditionLost):
+            flicker.at(f, successors=False)
+        assert (flicker.at(f).left, flicker.at(f).right) == (0.1, 2.1)

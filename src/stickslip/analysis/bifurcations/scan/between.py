@@ -26,7 +26,7 @@ from stickslip.analysis.bifurcations.scan.events import (
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
-from stickslip.analysis.branches.table import RESOLUTION
+from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 

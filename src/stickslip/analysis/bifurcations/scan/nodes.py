@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -65,24 +66,25 @@ class SymbolClasses:
     def __init__(self) -> None:
         self._smooth: set[tuple[int, int]] = set()
         self._hard: set[tuple[int, int]] = set()
-        self._first: dict[int, int] = {}
+        self._class: dict[int, set[int]] = {}
 
     def learn(self, table: BranchTable) -> None:
         """Take in the breakpoints of another table."""
         for item in table.breakpoints:
             pair = (min(item.left_label, item.right_label), max(item.left_label, item.right_label))
             (self._smooth if item.kind == "smooth" else self._hard).add(pair)
-        self._first = {}
+        self._class = {}
         for a, b in sorted(self._smooth - self._hard):
-            low, high = sorted((self._root(a), self._root(b)))
-            if low != high:
-                self._first[high] = low
+            one, other = (self._class.get(label, {label}) for label in (a, b))
+            # Nor do two labels that meet otherwise somewhere become one by way of a third.
+            if not any((min(pair), max(pair)) in self._hard for pair in product(one, other)):
+                self._class |= dict.fromkeys(one | other, one | other)
 
     def of(self, labels: Labels) -> Labels:
         """Return the least label of each group, shaped like ``labels``."""
-        if not self._first:
+        if not self._class:
             return labels
-        flat = [self._root(int(label)) for label in labels.ravel()]
+        flat = [min(self._class.get(label, (label,))) for label in labels.ravel().tolist()]
         return np.array(flat, dtype=np.uint64).reshape(labels.shape)
 
     def changed(self, f: Map1D, points: Floats, now: Labels, before: Labels) -> list[int]:
@@ -96,11 +98,6 @@ class SymbolClasses:
             return False
         nearest = break_between(f, x, pair)
         return nearest is not None and nearest.kind == "smooth"
-
-    def _root(self, label: int) -> int:
-        while label in self._first:
-            label = self._first[label]
-        return label
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,6 +96,27 @@ def find_change(
 ) -> tuple[Seen, Seen] | None:
     """Find the last point of one branch and the first of another near x; None if there are none."""
     # Adjacent floats, unless branches narrower than ``SLIVER`` lie between; also beyond ``reach``.
+    found = _change(probe, left, right, x, reach)
+    return found if found and _are_wide(probe, *found) else None
+
+
+def _are_wide(probe: Probe, last: Seen, first: Seen) -> bool:
+    """Tell branches from what rounding makes of a tie of events: a few floats of a third label."""
+    sides = ((last, -1), (first, 1))
+    if all(probe.extent(end.x, end.branch, inward) > 0 for end, inward in sides):
+        return True
+    lo, hi = probe.f.domain
+    probe.look(end.x + 2 * inward * BLURRED * probe.scale for end, inward in sides)
+    return all(
+        probe.extent(end.x, end.branch, inward) > 0
+        or (end.x - lo if inward < 0 else hi - end.x) <= BLURRED * probe.scale
+        for end, inward in sides
+    )
+
+
+def _change(
+    probe: Probe, left: Branch, right: Branch, x: float, reach: float
+) -> tuple[Seen, Seen] | None:
     pair = _fan_out(probe, left, right, x, max(reach, NARROWEST * probe.scale))
     if pair is None:
         return None

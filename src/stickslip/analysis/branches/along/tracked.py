@@ -21,8 +21,8 @@ from stickslip.analysis.branches.along.change_search import (
     find_change,
 )
 from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
-from stickslip.analysis.branches.mesh import Nodes
-from stickslip.analysis.branches.table import RESOLUTION, branch_table, remembered
+from stickslip.analysis.branches.mesh import RESOLUTION, Nodes
+from stickslip.analysis.branches.table import branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
 from stickslip.numerics.zeros import slope_zeros
@@ -91,6 +91,11 @@ class CriticalReading:
         """Label of the branch on one side; 0 where there is none."""
         known = getattr(self.critical, "left_label" if side < 0 else "right_label", None)
         return 0 if known is None else int(known)
+
+    @property
+    def labels(self) -> tuple[int, int]:
+        """Those of the branches on both sides."""
+        return self.label(-1), self.label(1)
 
     def is_beyond(self, side: int, x: float) -> bool:
         """Tell whether a point has left the branch on one side, or is its end."""
