@@ -530,6 +530,18 @@ def test_twins_of_a_symmetric_map_each_have_their_own_entries():
             (1.9749182001406398, 2.0011513902842277),
             [1.98214041414713, 1.98853597823925],
         ),
+        # Both ends of a branch meet, and the same two branches meet once more elsewhere.
+        (
+            {
+                "alpha": 2.3540110414724364,
+                "beta": 1.7939074071308116,
+                "V": 0.11800245408174169,
+                "mu": 0.6118529901613016,
+            },
+            "beta",
+            (1.7825415493458083, 1.805273264915815),
+            [],
+        ),
     ],
 )
 def test_a_branch_that_ends_is_no_collision(model, name, ends, values):

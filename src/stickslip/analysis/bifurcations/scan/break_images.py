@@ -143,7 +143,7 @@ def hidden_collisions(
         images_of_breaks(node.table, max_period, classes, telling=telling) for node in (left, right)
     )
     after = _renamed(after, before)
-    search = _Search(family, max_period, classes, telling, narrowest, before)
+    search = _Search(family, max_period, classes, telling, narrowest, before, after)
     for name in sorted(set(before) | set(after)):
         yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
 
@@ -161,6 +161,7 @@ class _Search:
     telling: bool  # labels tell branches apart at both ends
     narrowest: float
     known: dict[Name, BreakImages]  # at the first value: their names hold
+    known_there: dict[Name, BreakImages]  # at the last one
     seen: dict[float, dict[Name, BreakImages]] = field(default_factory=dict)  # at others
 
     def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[Suspect]:
@@ -209,11 +210,28 @@ class _Search:
         try:
             # What takes the place of a break that is gone may end another branch.
             reading = border.at(f, successors=False)
-            border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
         except ConditionLost:
             return None
+        if self._is_another(name, border, reading.x):
+            return None
+        border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
         path = path_from(f, reading, near.side, self.max_period)
         gaps = np.array(path.points[1:]) - reading.x
         labels = np.array(path.labels[: max(len(gaps) - 1, 0)], dtype=np.uint64)
         word = tuple(self.classes.of(labels).tolist())
         return BreakImages(border, near.side, word, tuple(gaps.tolist()))
+
+    def _is_another(self, name: Name, border: TrackedDiscontinuity | DomainEnd, x: float) -> bool:
+        """Tell whether a place is rather that of another break between the same branches."""
+        if isinstance(border, DomainEnd):
+            return False
+        own = {found[name].border.x for found in (self.known, self.known_there) if name in found}
+        return any(
+            isinstance(other, TrackedDiscontinuity)
+            and (other.left_label, other.right_label) == (border.left_label, border.right_label)
+            and other.x not in own
+            and abs(x - other.x) < abs(x - border.x)
+            for other in (
+                image.border for image in (*self.known.values(), *self.known_there.values())
+            )
+        )
