@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from stickslip.numerics.zeros import halved
 from stickslip.studies.canards import block
 from stickslip.studies.claim import Claim, Finding, Value, claim
 
@@ -82,10 +83,7 @@ def _branches() -> Iterator[Claim]:
 
 def _attracting() -> block.Motion:
     """Return the regular motion that attracts at the file's force."""
-    low, high = math.pi, 4.5
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if block.regular(middle).force < block.GIVEN else (low, middle)
+    low, _ = halved(lambda slip: block.regular(slip).force < block.GIVEN, math.pi, 4.5, 60)
     return block.regular(low)
 
 
