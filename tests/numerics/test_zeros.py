@@ -1,11 +1,13 @@
 """Turning points between adjacent floats, in few calls."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.numerics.zeros import slope_zeros
+from stickslip.numerics.zeros import halved, slope_zeros
 
 FEW = 8  # calls; halving would take some fifty
 ULP = 4  # of the zero, or of the bracket's ends beside 0
@@ -78,3 +80,16 @@ def test_a_slope_of_zero_at_an_end_gives_a_point_inside():
 
 def test_no_brackets():
     assert slope_zeros(Slope(np.sin), np.empty((2, 0)), np.empty((2, 0))).size == 0
+
+
+def test_halving_closes_in_on_where_something_ceases_to_hold() -> None:
+    """On either side, from either side, one place or many at once."""
+    inside, outside = halved(lambda x: x * x < 2.0, 1.0, 2.0, 60)
+    assert outside == math.nextafter(inside, 2.0)
+    assert inside**2 < 2.0 <= outside**2
+    above, below = halved(lambda x: x * x > 2.0, 2.0, 1.0, 60)
+    assert (above, below) == (outside, inside)
+    ends = np.array([1.0, 0.0, 3.0])
+    found, beyond = halved(lambda x: np.abs(x) < ends, np.zeros(3), np.full(3, 4.0), 52)
+    np.testing.assert_array_less(found[[0, 2]], ends[[0, 2]])
+    np.testing.assert_allclose(beyond, ends, rtol=0, atol=1e-14)

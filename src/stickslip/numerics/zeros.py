@@ -1,13 +1,15 @@
-"""Zeros of continuous functions of one number, and of the slopes of smooth ones."""
+"""Zeros of functions of one number and of their slopes, and where something ceases to hold."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
 from stickslip.numerics.arrays import Floats
+
+Places = TypeVar("Places", float, Floats)
 
 MAX_STEPS: Final = 60
 WIDTH: Final = 4 * float(np.finfo(np.float64).eps)  # of the place: a bracket so narrow is closed
@@ -50,6 +52,22 @@ def _share(a: float, b: float, c: float, g_a: float, g_b: float, g_c: float) -> 
     first = g_a / (g_b - g_a) * g_c / (g_b - g_c)
     second = (c - a) / (b - a) * g_a / (g_c - g_a) * g_b / (g_c - g_b)
     return first + second
+
+
+def halved(
+    holds: Callable[[Places], Any], inside: Places, outside: Places, times: int
+) -> tuple[Places, Places]:
+    """Close in on where something ceases to hold: the last places where it does, and does not."""
+    for _ in range(times):
+        middle = 0.5 * (inside + outside)
+        kept = holds(middle)
+        if isinstance(middle, np.ndarray):
+            inside, outside = np.where(kept, middle, inside), np.where(kept, outside, middle)
+        elif kept:
+            inside = middle
+        else:
+            outside = middle
+    return inside, outside
 
 
 def slope_zeros(slope: Callable[[Floats], Floats], ends: Floats, slopes: Floats) -> Floats:

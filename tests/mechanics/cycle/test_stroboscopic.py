@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from typing import Any
 
 import mpmath as mp
@@ -101,11 +102,27 @@ def test_labels_tell_the_events_of_a_period() -> None:
     f = ss.stroboscopic_map(BLOCK)
     states = np.random.default_rng(1).uniform(-2.0, 2.0, size=(40, 2))
     labels = f.evaluate(states).label
-    words = [tuple(e[1:] for e in f._leg(Shooter(BLOCK), s).events) for s in states]
+    legs = [f._backend.leg(Shooter(BLOCK), s) for s in states]
+    words = [tuple(e[1:] for e in leg.events) for leg in legs]
     starts = np.sign(states[:, 1])
     told = {(start, word): label for start, word, label in zip(starts, words, labels, strict=True)}
     assert len(set(told.values())) == len(set(labels.tolist())) > 3
     assert len(told) == len(set(labels.tolist()))
+    texts = f.itinerary(states).tolist()
+    assert len(set(zip(texts, labels.tolist(), strict=True))) == len(set(texts)) == len(told)
+    assert f.itinerary([0.0, 0.0])[0] == "+"  # pushed at once
+
+
+def test_a_map_is_known_by_its_model_and_settings() -> None:
+    f = ss.stroboscopic_map(BLOCK, domain=[(-1.0, 1.0), (-2.0, 2.0)])
+    again = pickle.loads(pickle.dumps(f))
+    assert again == f
+    assert hash(again) == hash(f)
+    np.testing.assert_array_equal(again([0.1, 0.2]), f([0.1, 0.2]))
+    assert f != ss.stroboscopic_map(BLOCK)
+    assert f.replace(damping=0.3) != f
+    clocked = ss.stroboscopic_map(ss.examples.coulomb(), period=2.0)
+    assert clocked.replace(V=0.04).settings == clocked.settings
 
 
 @pytest.mark.slow  # in every run: events along the amplitude, test_attractors_of_forced_blocks.py
@@ -249,7 +266,8 @@ def test_bad_input_is_told() -> None:
     with pytest.raises(ValueError, match="2 finite numbers"):
         f([0.0, 0.0, 0.0])
     with pytest.raises(ValueError, match="n = "):
-        f.iterate([0.0, 0.0], 0)
+        f.iterate([0.0, 0.0], -1)
+    np.testing.assert_array_equal(f.iterate([0.1, 0.0], 0), [[0.1, 0.0]])
     assert f.period == pytest.approx(2 * math.pi / 0.7)
 
 

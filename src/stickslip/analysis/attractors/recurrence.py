@@ -15,6 +15,7 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import advance, domain_width, sample
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
+from stickslip.numerics.zeros import halved
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -222,11 +223,8 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
         way = cycle.points[0] + np.linspace(0.0, 1.0, LOOKED_AT) * (end - cycle.points[0])
         kept = stay(way)
         last = len(way) - 1 if kept.all() else max(int(np.argmin(kept)) - 1, 0)
-        inner, outer = way[last], way[min(last + 1, len(way) - 1)]
-        for _ in range(HALVINGS):
-            middle = 0.5 * (inner + outer)
-            inner, outer = (middle, outer) if stay(np.array([middle]))[0] else (inner, middle)
-        ends.append(inner)
+        beyond = float(way[min(last + 1, len(way) - 1)])
+        ends.append(halved(lambda d: stay(np.array([d]))[0], float(way[last]), beyond, HALVINGS)[0])
     if ends[1] - ends[0] < FAMILY * (high - low):
         return None
     return period, merged(np.sort(advance(f, np.array(ends), period - 1).T, axis=1), 0.0)

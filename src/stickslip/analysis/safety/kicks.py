@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.basin_pieces import UNDECIDED
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
+from stickslip.numerics.zeros import halved
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -167,10 +168,5 @@ class _Search:
         return Impulse(self.block, math.nan, math.nan, nowhere, UNDECIDED, tested)
 
     def _bisected(self, point: Floats, low: float, high: float) -> tuple[float, float, Floats, int]:
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            if self.fate(point, middle) == self.near.k:
-                low = middle
-            else:
-                high = middle
+        low, high = halved(lambda by: self.fate(point, by) == self.near.k, low, high, HALVINGS)
         return high, low, point, self.fate(point, high)

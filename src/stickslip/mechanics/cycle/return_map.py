@@ -23,6 +23,7 @@ from stickslip.mechanics.flow.engine import block_engine
 from stickslip.mechanics.flow.system import BACKWARD, FORWARD
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.arguments import checked_model, checked_state
+from stickslip.mechanics.model.belt_model import MOST_POINTS
 from stickslip.numerics.roots import EPSILON
 from stickslip.vocabulary import suggests
 
@@ -120,7 +121,7 @@ class SectionMap(ModelMap):
                 "the other event, or stickslip.find_cycle."
             )
         _ = self.chart.section  # which refuses forces without a common period
-        self._window = _window(domain, self.chart.names)
+        self._window = checked_window(domain, self.chart.names)
         super().__init__(
             model, rtol=rtol, max_events=max_events, max_time=max_time, threads=threads
         )
@@ -208,17 +209,46 @@ class SectionMap(ModelMap):
         return simulate(model, x, v, t_end=end, max_events=max_events, rtol=self.rtol)
 
 
-class ReturnMap(SectionMap):
-    """From one event of a contact to the next, a map of R^n; `stickslip.return_map` makes it.
+class SpaceMap(ModelMap):
+    """A map of R^n whose points have named numbers, within ranges or without bounds."""
 
-    Calling it carries points, shape (..., n), to the next ones: entries of the state (x, v) and,
-    with forcing, its phase, as `coordinates` says. Immutable; equal settings compare equal.
-    """
+    _window: tuple[tuple[float, float], ...] | None
+    coordinates: tuple[str, ...]
 
     @property
     def domain(self) -> Any:
         """Ranges of the numbers within which `spread` draws points, as given; None: not said."""
         return self._window
+
+    def spread(self, n: int) -> Floats:
+        """Return n points spread evenly over the domain, always the same, shape (n, dimension).
+
+        ValueError without a domain.
+        """
+        if self._window is None:
+            raise ValueError(
+                f"the map has no bounded domain to draw points {self.coordinates} from: give "
+                "domain=[(low, high), ...], a pair for each."
+            )
+        count = whole_number("n", n, at_most=MOST_POINTS)
+        return box_points(np.array(self._window), count)
+
+    def _admit(self, d: ArrayLike, name: str = "d") -> Floats:
+        points = np.require(real_numbers(name, d), np.float64, ["C", "W"])
+        if points.shape[-1:] != (self.dimension,) or not np.isfinite(points).all():
+            raise ValueError(
+                f"{name} = {shown(d)} is no point of the map: its last axis must hold "
+                f"{self.dimension} finite numbers, {', '.join(self.coordinates)}."
+            )
+        return points
+
+
+class ReturnMap(SpaceMap, SectionMap):
+    """From one event of a contact to the next, a map of R^n; `stickslip.return_map` makes it.
+
+    Calling it carries points, shape (..., n), to the next ones: entries of the state (x, v) and,
+    with forcing, its phase, as `coordinates` says. Immutable; equal settings compare equal.
+    """
 
     def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
         """Whether points are finite and within the ranges of `domain`, shape (...).
@@ -231,27 +261,6 @@ class ReturnMap(SectionMap):
             low, high = np.array(self._window).T
             inside &= (points >= low) & (points <= high)
         return np.asarray(inside.all(axis=-1))
-
-    def spread(self, n: int) -> Floats:
-        """Return n points spread evenly over the domain, always the same, shape (n, dimension).
-
-        ValueError without a domain.
-        """
-        if self._window is None:
-            raise ValueError(
-                f"the map has no bounded domain to draw points {self.coordinates} from: give "
-                "domain=[(low, high), ...], a pair for each."
-            )
-        return box_points(np.array(self._window), n)
-
-    def _admit(self, d: ArrayLike) -> Floats:
-        points = np.require(real_numbers("d", d), np.float64, ["C", "W"])
-        if points.shape[-1:] != (self.dimension,) or not np.isfinite(points).all():
-            raise ValueError(
-                f"d = {shown(d)} is no point of the map: its last axis must hold "
-                f"{self.dimension} finite numbers, {', '.join(self.coordinates)}."
-            )
-        return points
 
 
 class LineReturnMap(SectionMap, LineMap):
@@ -363,7 +372,7 @@ class LineReturnMap(SectionMap, LineMap):
         return found
 
 
-def _window(domain: Any, names: tuple[str, ...]) -> tuple[tuple[float, float], ...] | None:
+def checked_window(domain: Any, names: tuple[str, ...]) -> tuple[tuple[float, float], ...] | None:
     """Check the ranges of the numbers of a point, one interval or one for each."""
     if domain is None:
         return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -20,6 +19,7 @@ from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.model.arguments import checked_parameter, two_blocks
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.waiting import waits
+from stickslip.numerics.zeros import halved
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
@@ -251,11 +251,7 @@ def _intervals(
     outside, inside = grid[beside], np.concatenate([grid[first], grid[last]])
     if not inside.size:
         return []
-    for _ in itertools.repeat(None, HALVINGS):
-        middle = 0.5 * (outside + inside)
-        gone = np.isnan(f(middle))
-        inside = np.where(gone, middle, inside)
-        outside = np.where(gone, outside, middle)
+    inside, _ = halved(lambda d: np.isnan(f(d)), inside, outside, HALVINGS)
     lows, highs = np.split(inside, 2)
     statuses = f.evaluate(0.5 * (lows + highs)).status
     return [

@@ -8,55 +8,8 @@ import math
 
 import numpy as np
 
-from stickslip.mechanics.eventmap._lane_kernels import (
-    CLEARANCE,
-    COUNT,
-    CROSSED,
-    ELAPSED,
-    END_GAP_PULL,
-    END_LANDS,
-    END_MODE_1,
-    END_MODE_2,
-    END_SUM_PULL,
-    END_TIME,
-    FREED_FIRST,
-    FREED_FORCE,
-    FREED_GAP,
-    FREED_RIDER,
-    FREED_SIGN,
-    FREED_TIME,
-    LABEL,
-    LANES,
-    LAST,
-    MARGIN,
-    NEXT_E1,
-    NEXT_E2,
-    NEXT_KIND,
-    NEXT_MODE,
-    NEXT_W,
-    ONE,
-    ONE_FIRST,
-    ONE_FORCE,
-    ONE_FORCE_END,
-    ONE_GAP,
-    ONE_KIND,
-    ONE_RIDER,
-    ONE_RIDER_END,
-    ONE_SIGN,
-    ONE_TIME,
-    RETURNED,
-    SPARE,
-    START_W,
-    STEP,
-    UNDECIDED,
-    WHO_END,
-    WHO_ONE,
-    WHO_TWO,
-    ZERO,
-    Carried,
-    Indices,
-    constants_of,
-)
+from stickslip.mechanics.eventmap import _lane_kernels as at
+from stickslip.mechanics.eventmap._lane_kernels import Carried, Indices, constants_of
 from stickslip.mechanics.eventmap.itinerary import hashed
 from stickslip.mechanics.eventmap.records import UNTOLD, Outputs
 from stickslip.mechanics.flow._lane_kernels import (
@@ -80,21 +33,21 @@ def begin_trace(b: Floats, index: Indices, n: np.uint64) -> None:
     """Note the first phase of each motion: one block slips backward."""
     for i in range(n):
         k = np.uint64(i)
-        code = 1 if b[ONE_FIRST + k] > 0.5 else 3
-        index[LABEL + k] = hashed(ONE, code)
-        index[COUNT + k] = ZERO
-        index[LAST + k] = ONE if code == 1 else ZERO
-        b[ELAPSED + k] = 0.0
-        b[MARGIN + k] = math.inf
+        code = 1 if b[at.ONE_FIRST + k] > 0.5 else 3
+        index[at.LABEL + k] = hashed(at.ONE, code)
+        index[at.COUNT + k] = at.ZERO
+        index[at.LAST + k] = at.ONE if code == 1 else at.ZERO
+        b[at.ELAPSED + k] = 0.0
+        b[at.MARGIN + k] = math.inf
 
 
 @kernel(inline=True, fused=True)
 def note(b: Floats, index: Indices, who: np.uint64, mode_1: float, mode_2: float, t: float) -> None:
     """Note an event of a motion, after a time t."""
     code = int(3.0 * mode_1 + mode_2) + 4
-    index[LABEL + who] = hashed(index[LABEL + who], code)
-    index[COUNT + who] += ONE
-    b[ELAPSED + who] += t
+    index[at.LABEL + who] = hashed(index[at.LABEL + who], code)
+    index[at.COUNT + who] += at.ONE
+    b[at.ELAPSED + who] += t
 
 
 @kernel(inline=True)
@@ -110,10 +63,10 @@ def note_margin(
     """Note the clearance of an event of a block, a time t after the last one, if it is told."""
     if told is None:
         return
-    block = ONE if first else ZERO
-    margin = smaller(b[MARGIN + who], b[CLEARANCE + k])
-    b[MARGIN + who] = margin if index[LAST + who] == block else smaller(margin, t)
-    index[LAST + who] = block
+    block = at.ONE if first else at.ZERO
+    margin = smaller(b[at.MARGIN + who], b[at.CLEARANCE + k])
+    b[at.MARGIN + who] = margin if index[at.LAST + who] == block else smaller(margin, t)
+    index[at.LAST + who] = block
 
 
 @kernel(fused=True)
@@ -121,10 +74,10 @@ def trace_one(b: Floats, index: Indices, told: Outputs | None, n: np.uint64) -> 
     """Note returns and crossings of slips of one block."""
     for i in range(n):
         k = np.uint64(i)
-        kind, who, t = b[ONE_KIND + k], index[WHO_ONE + k], b[ONE_TIME + k]
-        first = b[ONE_FIRST + k] > 0.5
-        if kind == RETURNED or kind == CROSSED:
-            mode = b[ONE_SIGN + k] if kind == CROSSED else 0.0
+        kind, who, t = b[at.ONE_KIND + k], index[at.WHO_ONE + k], b[at.ONE_TIME + k]
+        first = b[at.ONE_FIRST + k] > 0.5
+        if kind == at.RETURNED or kind == at.CROSSED:
+            mode = b[at.ONE_SIGN + k] if kind == at.CROSSED else 0.0
             mode_1, mode_2 = (mode, 0.0) if first else (0.0, mode)
             note(b, index, who, mode_1, mode_2, t)
             note_margin(b, index, told, who, k, first, t)
@@ -135,9 +88,9 @@ def trace_freed(b: Floats, index: Indices, told: Outputs | None, n: np.uint64) -
     """Note the times at which riders were freed: both blocks then slip the same way."""
     for i in range(n):
         k = np.uint64(i)
-        mode, who, t = -b[FREED_SIGN + k], index[WHO_TWO + k], b[FREED_TIME + k]
+        mode, who, t = -b[at.FREED_SIGN + k], index[at.WHO_TWO + k], b[at.FREED_TIME + k]
         note(b, index, who, mode, mode, t)
-        note_margin(b, index, told, who, k, b[FREED_FIRST + k] < 0.5, t)
+        note_margin(b, index, told, who, k, b[at.FREED_FIRST + k] < 0.5, t)
 
 
 @kernel(fused=True)
@@ -145,11 +98,11 @@ def trace_landings(b: Floats, index: Indices, told: Outputs | None, n: np.uint64
     """Note the ends of slips of both blocks."""
     for i in range(n):
         k = np.uint64(i)
-        mode = b[NEXT_MODE + k] if b[NEXT_KIND + k] == CROSSED else 0.0
-        second = b[END_LANDS + k] > 0.0
-        mode_1 = b[END_MODE_1 + k] if second else mode
-        mode_2 = mode if second else b[END_MODE_2 + k]
-        who, t = index[WHO_END + k], b[END_TIME + k]
+        mode = b[at.NEXT_MODE + k] if b[at.NEXT_KIND + k] == at.CROSSED else 0.0
+        second = b[at.END_LANDS + k] > 0.0
+        mode_1 = b[at.END_MODE_1 + k] if second else mode
+        mode_2 = mode if second else b[at.END_MODE_2 + k]
+        who, t = index[at.WHO_END + k], b[at.END_TIME + k]
         note(b, index, who, mode_1, mode_2, t)
         note_margin(b, index, told, who, k, not second, t)
 
@@ -164,10 +117,10 @@ def tell(
     for i in range(n):
         k = np.uint64(i)
         if math.isfinite(value[start + k]):
-            told.duration[start + k] = b[ELAPSED + k]
-            told.n_events[start + k] = index[COUNT + k]
-            told.label[start + k] = index[LABEL + k]
-            told.margin[start + k] = b[MARGIN + k]
+            told.duration[start + k] = b[at.ELAPSED + k]
+            told.n_events[start + k] = index[at.COUNT + k]
+            told.label[start + k] = index[at.LABEL + k]
+            told.margin[start + k] = b[at.MARGIN + k]
 
 
 # --- margins ------------------------------------------------------------------------------------
@@ -177,46 +130,46 @@ def tell(
 def return_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Clearances of slips of one block that return: of the landing, and where its rider turned."""
     wide_vectors()
-    base = ZERO
+    base = at.ZERO
     while base < n:
-        for lane in range(LANES):
+        for lane in range(at.LANES):
             k = base + np.uint64(lane)
             constants = constants_of(carried.common, carried.rows, b, k)
-            gap = b[ONE_GAP + k]
-            sign = b[ONE_SIGN + k]
-            first = b[ONE_FIRST + k] > 0.5
+            gap = b[at.ONE_GAP + k]
+            sign = b[at.ONE_SIGN + k]
+            first = b[at.ONE_FIRST + k] > 0.5
             slip = slip_of(constants, carried.pair, first)
-            rate = sign * b[ONE_FORCE + k] - slip.friction
-            force_end = b[ONE_FORCE_END + k]
+            rate = sign * b[at.ONE_FORCE + k] - slip.friction
+            force_end = b[at.ONE_FORCE_END + k]
             end = slip.friction - sign * force_end
-            rider = b[ONE_RIDER + k]
-            rider_end = b[ONE_RIDER_END + k]
-            rise, high, turn, low = dip(slip, gap, rate, end, b[ONE_TIME + k], rider_end - rider)
+            rider = b[at.ONE_RIDER + k]
+            rider_end = b[at.ONE_RIDER_END + k]
+            rise, high, turn, low = dip(slip, gap, rate, end, b[at.ONE_TIME + k], rider_end - rider)
             turns = sign < 0.0 and turn > 0.0
             margin = smaller(end, abs(slip.limit - abs(force_end)))
             margin = smaller(margin, abs(slip.limit_b - abs(rider_end)))
             highest = slip.limit_b - abs(rider + high)
             lowest = slip.limit_b - abs(rider + low)
             margin = smaller(margin, highest if turns and rise > 0.0 else math.inf)
-            b[CLEARANCE + k] = smaller(margin, lowest if turns else math.inf)
-        base += STEP
+            b[at.CLEARANCE + k] = smaller(margin, lowest if turns else math.inf)
+        base += at.STEP
 
 
 @kernel(fused=True)
 def release_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Clearances of slips whose rider is freed: of a lobe that turned back, of the release."""
     wide_vectors()
-    base = ZERO
+    base = at.ZERO
     while base < n:
-        for lane in range(LANES):
+        for lane in range(at.LANES):
             k = base + np.uint64(lane)
             constants = constants_of(carried.common, carried.rows, b, k)
-            sign = b[FREED_SIGN + k]
-            first = b[FREED_FIRST + k] > 0.5
+            sign = b[at.FREED_SIGN + k]
+            first = b[at.FREED_FIRST + k] > 0.5
             slip = slip_of(constants, carried.pair, first)
-            gap = b[FREED_GAP + k]
-            t = b[FREED_TIME + k]
-            rate = sign * b[FREED_FORCE + k] - slip.friction
+            gap = b[at.FREED_GAP + k]
+            t = b[at.FREED_TIME + k]
+            rate = sign * b[at.FREED_FORCE + k] - slip.friction
             # Backward: where the block came nearest to the belt.
             middle = slip.loading * slip.compliance
             swing = math.sqrt((middle - gap) * (middle - gap) + rate * rate * slip.compliance)
@@ -225,11 +178,11 @@ def release_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
             back = middle - swing if nearest < t else math.inf
             # Forward: where the rider's force turned before, and how it meets the limit.
             rise, high, _, _ = dip(slip, gap, rate, slip.friction, 0.0, 0.0)
-            speed = abs(slip.loading_b - slip.coupling * b[START_W + k])
-            highest = slip.limit_b - abs(b[FREED_RIDER + k] + high)
+            speed = abs(slip.loading_b - slip.coupling * b[at.START_W + k])
+            highest = slip.limit_b - abs(b[at.FREED_RIDER + k] + high)
             ahead = smaller(speed, highest if rise > 0.0 else math.inf)
-            b[CLEARANCE + k] = back if sign > 0.0 else ahead
-        base += STEP
+            b[at.CLEARANCE + k] = back if sign > 0.0 else ahead
+        base += at.STEP
 
 
 @kernel(inline=True)
@@ -264,7 +217,7 @@ def turned_back(
 (
     LANDS, END_W, SUM_PULL, GAP_PULL, E_1, E_2, TIME, AT_SUM_W, AT_SUM_PULL, AT_GAP_W, AT_GAP_PULL,
     BACK, SINE, COSINE, GAP_SINE, GAP_COSINE, PIECES, LEAST, MODES, SLOPE, BEND, LOWEST, NEAREST,
-) = (SPARE + np.uint64(i * LANES) for i in (*range(18), 18, 20, 22, 24, 26))  # fmt: skip
+) = (at.SPARE + np.uint64(i * at.LANES) for i in (*range(18), 18, 20, 22, 24, 26))  # fmt: skip
 # How near to the bottom of a lobe three steps have to come, in intervals.
 NEAR_BOTTOM = 1e-4
 # Intervals in the time in which the faster mode turns by 1: `watch_both` takes as many.
@@ -286,8 +239,8 @@ def end_of(
 def look_back(carried: Carried, b: Floats, base: np.uint64, block: int, piece: float) -> None:
     """Note where a block came nearest to the belt, if it turned back in this interval."""
     side = -1.0 if block == 0 else 1.0
-    place = np.uint64(block * LANES)
-    for lane in range(LANES):
+    place = np.uint64(block * at.LANES)
+    for lane in range(at.LANES):
         i = np.uint64(lane)
         constants = constants_of(carried.common, carried.rows, b, base + i)
         f, f_1, f_2, _, _ = clearance(
@@ -347,7 +300,7 @@ def bottom_step(
 def nearest_clearance(carried: Carried, b: Floats, base: np.uint64, lane: int, block: int) -> float:
     """Clearance of the lobe that `look_back` found; infinite without one."""
     side = -1.0 if block == 0 else 1.0
-    i, place = np.uint64(lane), np.uint64(block * LANES + lane)
+    i, place = np.uint64(lane), np.uint64(block * at.LANES + lane)
     constants, pair = constants_of(carried.common, carried.rows, b, base + i), carried.pair
     mode, t, back = b[MODES + place], b[NEAREST + place], b[BACK + i]
     low = back * (((t / back - 0.5) + ROUNDER) - ROUNDER)
@@ -364,12 +317,12 @@ def nearest_clearance(carried: Carried, b: Floats, base: np.uint64, lane: int, b
 @kernel(inline=True, fused=True)
 def add_nearest(carried: Carried, b: Floats, base: np.uint64, block: int) -> None:
     """Let the lobes of a block count, if any was found: they are few."""
-    place = np.uint64(block * LANES)
+    place = np.uint64(block * at.LANES)
     lobes = 0
-    for lane in range(LANES):
+    for lane in range(at.LANES):
         lobes += int(b[LOWEST + place + np.uint64(lane)] < math.inf)
     if lobes > 0:
-        for lane in range(LANES):
+        for lane in range(at.LANES):
             i = np.uint64(lane)
             b[LEAST + i] = smaller(b[LEAST + i], nearest_clearance(carried, b, base, lane, block))
 
@@ -377,24 +330,24 @@ def add_nearest(carried: Carried, b: Floats, base: np.uint64, block: int) -> Non
 @kernel(fused=True)
 def lay_out_landings(b: Floats, base: np.uint64, n: np.uint64) -> None:
     """Gather what is known of some landings in SPARE; what pads a group took no time."""
-    for lane in range(LANES):
+    for lane in range(at.LANES):
         i = np.uint64(lane)
         k = base + i
-        b[LANDS + i] = b[END_LANDS + k]
-        b[END_W + i] = b[NEXT_W + k]
-        b[SUM_PULL + i] = b[END_SUM_PULL + k]
-        b[GAP_PULL + i] = b[END_GAP_PULL + k]
-        b[E_1 + i] = b[NEXT_E1 + k]
-        b[E_2 + i] = b[NEXT_E2 + k]
-        b[TIME + i] = b[END_TIME + k] if k < n and b[NEXT_KIND + k] != UNDECIDED else 0.0
-        b[MODES + i] = b[END_MODE_1 + k]
-        b[MODES + STEP + i] = b[END_MODE_2 + k]
+        b[LANDS + i] = b[at.END_LANDS + k]
+        b[END_W + i] = b[at.NEXT_W + k]
+        b[SUM_PULL + i] = b[at.END_SUM_PULL + k]
+        b[GAP_PULL + i] = b[at.END_GAP_PULL + k]
+        b[E_1 + i] = b[at.NEXT_E1 + k]
+        b[E_2 + i] = b[at.NEXT_E2 + k]
+        b[TIME + i] = b[at.END_TIME + k] if k < n and b[at.NEXT_KIND + k] != at.UNDECIDED else 0.0
+        b[MODES + i] = b[at.END_MODE_1 + k]
+        b[MODES + at.STEP + i] = b[at.END_MODE_2 + k]
 
 
 @kernel(inline=True, fused=True)
 def begin_at_landings(carried: Carried, b: Floats, base: np.uint64) -> None:
     """Clearances of landings, and all that leads back from them."""
-    for lane in range(LANES):
+    for lane in range(at.LANES):
         i = np.uint64(lane)
         constants = constants_of(carried.common, carried.rows, b, base + i)
         side = b[LANDS + i]
@@ -420,25 +373,25 @@ def begin_at_landings(carried: Carried, b: Floats, base: np.uint64) -> None:
         b[COSINE + i] = c
         b[GAP_SINE + i] = z * constants.beat * constants.narrow
         b[GAP_COSINE + i] = u
-        b[LOWEST + i] = b[LOWEST + STEP + i] = math.inf
-        b[NEAREST + i] = b[NEAREST + STEP + i] = 0.0
+        b[LOWEST + i] = b[LOWEST + at.STEP + i] = math.inf
+        b[NEAREST + i] = b[NEAREST + at.STEP + i] = 0.0
 
 
 @kernel(fused=True)
 def landing_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
     """Clearances of slips of both blocks up to a landing: of this, and of lobes before."""
     wide_vectors()
-    base = ZERO
+    base = at.ZERO
     while base < n:
         lay_out_landings(b, base, n)
         begin_at_landings(carried, b, base)
         longest = 1.0
-        for lane in range(LANES):
+        for lane in range(at.LANES):
             longest = max(longest, b[PIECES + np.uint64(lane)])
         look_back(carried, b, base, 0, 0.0)
         look_back(carried, b, base, 1, 0.0)
         for piece in range(1, int(longest) + 1):
-            for lane in range(LANES):
+            for lane in range(at.LANES):
                 i = np.uint64(lane)
                 constants = constants_of(carried.common, carried.rows, b, base + i)
                 sum_w, sum_pull, gap_w, gap_pull = turned_back(
@@ -460,6 +413,6 @@ def landing_margins(carried: Carried, b: Floats, n: np.uint64) -> None:
             look_back(carried, b, base, 1, float(piece))
         add_nearest(carried, b, base, 0)
         add_nearest(carried, b, base, 1)
-        for lane in range(LANES):
-            b[CLEARANCE + base + np.uint64(lane)] = b[LEAST + np.uint64(lane)]
-        base += STEP
+        for lane in range(at.LANES):
+            b[at.CLEARANCE + base + np.uint64(lane)] = b[LEAST + np.uint64(lane)]
+        base += at.STEP

@@ -29,10 +29,10 @@ MOST_BLOCKS: Final = 2000
 """Springs and modes of so many fill a small memory, and take a minute."""
 
 
-def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: str) -> Floats:
-    """Return one finite number above a bound per block; one number stands for all."""
+def one_per_block(name: str, values: Any, n_blocks: int, why: str) -> Floats:
+    """Return one positive number per block; one number stands for all."""
     if dimensions(values) == 0:
-        return np.full(n_blocks, finite_number(name, values, above=above, why=why))
+        return np.full(n_blocks, finite_number(name, values, above=0.0, why=why))
     what = "blocks: a model has a matrix with a row for each"
     whole_number(f"len({name})", n_blocks, at_most=MOST_BLOCKS, what=what)
     entries = list(values)
@@ -42,50 +42,43 @@ def one_per_block(name: str, values: Any, n_blocks: int, *, above: float, why: s
         )
     return np.array(
         [
-            finite_number(f"{name}[{i}]", entry, above=above, why=why)
+            finite_number(f"{name}[{i}]", entry, above=0.0, why=why)
             for i, entry in enumerate(entries)
         ]
     )
 
 
-def symmetric(name: str, values: object, n_blocks: int) -> Floats:
-    """Return a symmetric matrix with a row per block; ValueError if it is none."""
-    matrix = real_numbers(name, values)
-    if matrix.shape != (n_blocks, n_blocks):
-        raise ValueError(
-            f"{name} has the shape {matrix.shape}: {n_blocks} blocks need "
-            f"({n_blocks}, {n_blocks}), as many rows and columns as masses."
-        )
-    if not np.isfinite(matrix).all():
-        i, j = np.argwhere(~np.isfinite(matrix))[0]
-        raise ValueError(f"{name}[{i}, {j}] = {matrix[i, j]} is not a finite number")
+def matrix_of(name: str, given: object, shape: tuple[int, ...]) -> Floats:
+    """Return finite numbers of this shape; else ValueError."""
+    array = real_numbers(name, given)
+    if array.shape != shape:
+        raise ValueError(f"{name} has the shape {array.shape}: {shape} is needed.")
+    if not np.isfinite(array).all():
+        index = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(f"{name}{list(index)} = {array[index]} is not a finite number")
+    return frozen(array.copy())
+
+
+def symmetric(name: str, given: object, n: int, why: str) -> Floats:
+    """Return a symmetric (n, n) matrix; else ValueError."""
+    matrix = matrix_of(name, given, (n, n))
     apart = np.abs(matrix - matrix.T)
     if apart.max(initial=0.0) > ROUNDING * np.abs(matrix).max(initial=0.0):
         i, j = np.unravel_index(np.argmax(apart), apart.shape)
         raise ValueError(
             f"{name}[{i}, {j}] = {matrix[i, j]!r} but {name}[{j}, {i}] = {matrix[j, i]!r}: the "
-            "matrix must be symmetric (forces between blocks come in equal and opposite pairs)."
+            f"matrix must be symmetric ({why})."
         )
-    return np.asarray(0.5 * (matrix + matrix.T))
+    return frozen(np.asarray(0.5 * (matrix + matrix.T)))
 
 
-def positive_definite(name: str, matrix: Floats) -> None:
-    """Check that springs always pull back."""
-    least = float(np.linalg.eigvalsh(matrix)[0])
-    if least <= ROUNDING * np.abs(matrix).max():
+def check_definite(name: str, matrix: Floats, why: str, *, semi: bool = False) -> None:
+    """Check that a symmetric matrix is positive definite, or semidefinite."""
+    least, zero = float(np.linalg.eigvalsh(matrix)[0]), ROUNDING * np.abs(matrix).max()
+    if least < -zero if semi else least <= zero:
         raise ValueError(
-            f"{name} has the eigenvalue {least:.6g}: it must be positive definite. A direction "
-            "without restoring force lets the belt carry the blocks away for ever."
-        )
-
-
-def semidefinite(name: str, matrix: Floats) -> None:
-    """Check that dampers only take energy."""
-    least = float(np.linalg.eigvalsh(matrix)[0])
-    if least < -ROUNDING * np.abs(matrix).max():
-        raise ValueError(
-            f"{name} has the eigenvalue {least:.6g}: it must be positive semidefinite. A damper "
-            "that feeds energy belongs into the friction law."
+            f"{name} has the eigenvalue {least:.6g}: it must be positive {'semi' * semi}definite. "
+            f"{why}"
         )
 
 

@@ -15,13 +15,12 @@ from stickslip.mechanics.model.belt_model import (
     Friction,
     array_of,
     belt_velocity,
+    check_definite,
     frozen,
     laws_of,
     named,
     one_per_block,
     paired,
-    positive_definite,
-    semidefinite,
     symmetric,
 )
 from stickslip.mechanics.model.contact import Harmonic
@@ -80,14 +79,17 @@ class Blocks(BeltModel):
     ) -> None:
         n = max(np.size(mass), 1) if dimensions(mass) == 1 else 1
         why = "A mass is positive."
-        self.mass = frozen(one_per_block("mass", mass, n, above=0.0, why=why))
-        self.stiffness = frozen(symmetric("stiffness", stiffness, n))
-        positive_definite("stiffness", self.stiffness)
+        self.mass = frozen(one_per_block("mass", mass, n, why))
+        why = "forces between blocks come in equal and opposite pairs"
+        self.stiffness = symmetric("stiffness", stiffness, n, why)
         given = np.zeros((n, n)) if damping is None else damping
-        self.damping = frozen(symmetric("damping", given, n))
-        semidefinite("damping", self.damping)
+        self.damping = symmetric("damping", given, n, why)
+        why = "A direction without restoring force lets the belt carry the blocks away for ever."
+        check_definite("stiffness", self.stiffness, why)
+        why = "A damper that feeds energy belongs into the friction law."
+        check_definite("damping", self.damping, why, semi=True)
         why = "A static friction limit is positive."
-        self.static = frozen(one_per_block("static", static, n, above=0.0, why=why))
+        self.static = frozen(one_per_block("static", static, n, why))
         self.friction: Friction = laws_of(friction, n)
         self.forcing = checked_forcing(forcing, n)
         self.V = belt_velocity(V, is_forced=forcing is not None)
@@ -191,7 +193,7 @@ class Chain(BeltModel):
                 f"static = {shown(self.static)}: give a list with the static limit of each block."
             )
         why = "A static friction limit is positive."
-        static = one_per_block("static", self.static, n, above=0.0, why=why)
+        static = one_per_block("static", self.static, n, why)
         one_of("ends", self.ends, get_args(Ends))
         spring = "A spring's stiffness is not negative; 0 uncouples the blocks."
         support = "Without support springs the belt would carry the blocks away."

@@ -15,11 +15,14 @@ from stickslip.mechanics.model.belt_model import (
     MOST_BLOCKS,
     BeltModel,
     array_of,
+    check_definite,
     frozen,
     laws_of,
+    matrix_of,
     named,
     one_per_block,
     paired,
+    symmetric,
 )
 from stickslip.mechanics.model.contact import Contact, Harmonic, fitting, weights_of
 from stickslip.mechanics.model.plant import ROUNDING, Plant
@@ -93,11 +96,11 @@ class Structure(BeltModel):
         n = len(np.atleast_1d(real_numbers("mass", mass)))
         whole_number("len(mass)", n, at_most=MOST_BLOCKS)
         if dimensions(mass) == 2:
-            self.mass = _matrix("mass", mass, (n, n))
-            _check_inertia(self.mass)
+            self.mass = symmetric("mass", mass, n, "kinetic energy knows no other")
+            check_definite("mass", self.mass, "Each motion has kinetic energy.")
         else:
             why = "A mass is positive."
-            self.mass = frozen(one_per_block("mass", mass, n, above=0.0, why=why))
+            self.mass = frozen(one_per_block("mass", mass, n, why))
         self.stiffness = _square("stiffness", stiffness, n)
         self.damping = _square("damping", np.zeros(n) if damping is None else damping, n)
         self._set_contacts(contacts, force, forcing, n)
@@ -116,7 +119,7 @@ class Structure(BeltModel):
             instance(f"contacts[{k}]", contact, Contact, "an ss.Contact(at=, friction=, ...)")
             if contact.load is not None:
                 fitting(f"contacts[{k}].load", np.array(contact.load), n)
-        self.force = None if force is None else _matrix("force", force, (n,))
+        self.force = None if force is None else matrix_of("force", force, (n,))
         several = [] if forcing is None else [forcing] if isinstance(forcing, Harmonic) else forcing
         known = "a Harmonic(amplitude=, frequency=, phase=), or a list of such"
         waves: Sequence[Harmonic] = instance("forcing", several, (list, tuple), known)
@@ -315,11 +318,11 @@ class StateSpace(Structure):
         forcing: Harmonic | Sequence[Harmonic] | None = None,
     ) -> None:
         n = len(np.atleast_1d(real_numbers("A", A)))
-        self.A = _matrix("A", A, (n, n))
+        self.A = matrix_of("A", A, (n, n))
         self._set_contacts(contacts, a, forcing, n)
         m = len(self.contacts)
-        self.B = _matrix("B", B, (n, m))
-        self.C = _matrix("C", C, (m, n))
+        self.B = matrix_of("B", B, (n, m))
+        self.C = matrix_of("C", C, (m, n))
         self.a = self.force
         places = [contact.at for contact in self.contacts]
         if places != list(range(m)):
@@ -356,30 +359,10 @@ class StateSpace(Structure):
         )
 
 
-def _matrix(name: str, given: object, shape: tuple[int, ...]) -> Floats:
-    """Return finite numbers of this shape; else ValueError."""
-    array = real_numbers(name, given)
-    if array.shape != shape:
-        raise ValueError(f"{name} has the shape {array.shape}: {shape} is needed.")
-    if not np.isfinite(array).all():
-        index = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name}{list(index)} = {array[index]} is not a finite number")
-    return frozen(array.copy())
-
-
 def _square(name: str, given: object, n: int) -> Floats:
     """Return an (n, n) matrix, given whole or by its diagonal."""
     array = real_numbers(name, given)
-    return _matrix(name, np.diag(array) if array.shape == (n,) else array, (n, n))
-
-
-def _check_inertia(mass: Floats) -> None:
-    """Check that a mass matrix is symmetric and positive definite."""
-    if np.abs(mass - mass.T).max() > ROUNDING * np.abs(mass).max():
-        raise ValueError("mass is not a symmetric matrix: kinetic energy knows no other.")
-    least = float(np.linalg.eigvalsh(mass)[0])
-    if least <= ROUNDING * np.abs(mass).max():
-        raise ValueError(f"mass has the eigenvalue {least:.6g}: it must be positive definite.")
+    return matrix_of(name, np.diag(array) if array.shape == (n,) else array, (n, n))
 
 
 def check_contacts(plant: Plant) -> None:

@@ -7,18 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from stickslip.studies.bowed_string.string import (
-    KINDS,
-    PERIOD,
-    PLACE,
-    SHARES,
-    cents,
-    cycle,
-    largest,
-    plane,
-    smallest,
-    stepped,
-)
+from stickslip.studies.bowed_string import string
 from stickslip.studies.claim import Claim, Finding, Value, claim
 
 LIMITS: Final = "Schelleng's limits as derived in euphonics.org, section 9.3.1"
@@ -28,40 +17,43 @@ STEPS: Final = (225, 900)
 
 
 def _limits() -> Iterator[Claim]:
-    found = plane()
+    found = string.plane()
     places = sorted({each.place for each in found})
-    kept = [each for each in found if each.kind == KINDS[0]]
-    shares = [[s.force / largest(s.place) for s in kept if s.place == place] for place in places]
-    above = [s for s in kept if s.force > largest(s.place)]
+    kept = [each for each in found if each.kind == string.KINDS[0]]
+    shares = [
+        [s.force / string.largest(s.place) for s in kept if s.place == place] for place in places
+    ]
+    above = [s for s in kept if s.force > string.largest(s.place)]
     yield claim(
         "bowed.maximum",
         LIMITS,
         "Above 2 Z V / (beta (mu_s - mu_d)) Helmholtz motion breaks down",
         Finding(
             "none is left above, at any place of the bow",
-            f"{len(above)} of {sum(s.force > largest(s.place) for s in found)} motions above; the "
-            f"largest forces with one are {min(map(max, shares)):.2f} to "
+            f"{len(above)} of {sum(s.force > string.largest(s.place) for s in found)} motions "
+            f"above; the largest forces with one are {min(map(max, shares)):.2f} to "
             f"{max(map(max, shares)):.2f} of the limit",
             not above,
         ),
         mechanism="the bow holds the string against the corner that should release it",
     )
-    below = [s for s in kept if s.force < smallest(s.place)]
-    weak = [s for s in found if s.force < 1.5 * smallest(s.place)]
+    below = [s for s in kept if s.force < string.smallest(s.place)]
+    weak = [s for s in found if s.force < 1.5 * string.smallest(s.place)]
     yield claim(
         "bowed.minimum",
         LIMITS,
         "Below Z^2 V / (2 R beta^2 (mu_s - mu_d)) it does so, too",
         Finding(
             "none is left below",
-            f"{len(below)} of {sum(s.force < smallest(s.place) for s in found)} motions below",
+            f"{len(below)} of {sum(s.force < string.smallest(s.place) for s in found)} motions "
+            "below",
             not below and bool(weak),
         ),
         Finding(
             "down to that force it goes on",
             f"it gives way to longer slips at {min(map(min, shares)):.2f} to "
             f"{max(map(min, shares)):.2f} of the maximum already",
-            any(s.force < 1.5 * smallest(s.place) for s in kept),
+            any(s.force < 1.5 * string.smallest(s.place) for s in kept),
             essential=False,
         ),
         note="Friction in motion is constant here, unlike that of rosin; the string has 20 modes.",
@@ -69,7 +61,7 @@ def _limits() -> Iterator[Claim]:
 
 
 def _cycle() -> Iterator[Claim]:
-    orbits = [cycle(share) for share in SHARES]
+    orbits = [string.cycle(share) for share in string.SHARES]
     slips = [_slip(each.events, each.period) for each in orbits]
     yield claim(
         "bowed.cycle",
@@ -83,12 +75,12 @@ def _cycle() -> Iterator[Claim]:
         ),
         Finding(
             "the slip takes the share beta of the period, or a little more",
-            f"beta {PLACE:g}, shares {', '.join(f'{share:.4f}' for share in slips)}",
-            all(1.0 < share / PLACE < 1.5 for share in slips),
+            f"beta {string.PLACE:g}, shares {', '.join(f'{share:.4f}' for share in slips)}",
+            all(1.0 < share / string.PLACE < 1.5 for share in slips),
         ),
         values=tuple(
             Value(f"period at {share:g} of the maximum", each.period, 1e-10, 2, "find_cycle")
-            for share, each in zip(SHARES, orbits, strict=True)
+            for share, each in zip(string.SHARES, orbits, strict=True)
         ),
     )
 
@@ -100,11 +92,13 @@ def _slip(events: tuple[tuple[float, int, str], ...], period: float) -> float:
 
 
 def _pitch() -> Iterator[Claim]:
-    exact = [cents(cycle(share).period) for share in SHARES]
-    runs = {steps: [stepped(share, steps) for share in SHARES] for steps in STEPS}
+    exact = [string.cents(string.cycle(share).period) for share in string.SHARES]
+    runs = {steps: [string.stepped(share, steps) for share in string.SHARES] for steps in STEPS}
     spread = {n: max(float(np.ptp(run)) for run in given) for n, given in runs.items()}
     off = {
-        n: max(abs(cents(float(run.mean())) - e) for run, e in zip(given, exact, strict=True))
+        n: max(
+            abs(string.cents(float(run.mean())) - e) for run, e in zip(given, exact, strict=True)
+        )
         for n, given in runs.items()
     }
     coarse, fine = STEPS
@@ -119,10 +113,11 @@ def _pitch() -> Iterator[Claim]:
         ),
         Finding(
             "fixed steps release the string a step early or late",
-            f"{coarse} steps a period (44.1 kHz): periods vary by {spread[coarse] / PERIOD:.2%}, "
-            f"{cents(PERIOD - spread[coarse]):.1f} cents, and their mean is off by "
+            f"{coarse} steps a period (44.1 kHz): periods vary by "
+            f"{spread[coarse] / string.PERIOD:.2%}, "
+            f"{string.cents(string.PERIOD - spread[coarse]):.1f} cents, and their mean is off by "
             f"{off[coarse]:.1f}; {fine} steps: {off[fine]:.1f}. The exact period does not vary",
-            abs(spread[coarse] - PERIOD / coarse) < 1e-9 and off[fine] < off[coarse],
+            abs(spread[coarse] - string.PERIOD / coarse) < 1e-9 and off[fine] < off[coarse],
         ),
     )
 

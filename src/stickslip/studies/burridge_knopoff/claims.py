@@ -8,17 +8,7 @@ from typing import Final
 import numpy as np
 
 from stickslip.mechanics.flow.trajectory import simulate
-from stickslip.studies.burridge_knopoff.facts import (
-    BLOCKS,
-    SEED,
-    SOFT,
-    SPEEDS,
-    STIFF,
-    catalogue,
-    chain,
-    fitted,
-    lone_moment,
-)
+from stickslip.studies.burridge_knopoff import facts
 from stickslip.studies.burridge_knopoff.power_law import PowerLaw, fit_power_law
 from stickslip.studies.claim import Claim, Finding, Value, claim
 
@@ -32,7 +22,7 @@ UNREAD: Final = "Of the source only the first page was read: no number of it is 
 
 
 def _motion() -> Iterator[Claim]:
-    found = catalogue(STIFF, SPEEDS[0])
+    found = facts.catalogue(facts.STIFF, facts.SPEEDS[0])
     counts, waits = np.unique(found.count).size, np.diff([slip.start for slip in found.slips])
     yield claim(
         "burridge_knopoff.noisy",
@@ -53,7 +43,9 @@ def _motion() -> Iterator[Claim]:
         ),
         note=UNREAD,
     )
-    motion = simulate(chain(STIFF, SPEEDS[0]), found.end.x, found.end.v, t_end=WATCHED)
+    motion = simulate(
+        facts.chain(facts.STIFF, facts.SPEEDS[0]), found.end.x, found.end.v, t_end=WATCHED
+    )
     balance = motion.energy(np.linspace(0.0, WATCHED, 50)).balance
     drift = float(np.ptp(balance) / np.abs(balance).max())
     yield claim(
@@ -64,7 +56,7 @@ def _motion() -> Iterator[Claim]:
             "moments add up to what the belt has left the blocks behind",
             f"{found.lag:.1f} from the first to the last time at which all blocks ride; the "
             f"sum of moments differs by {abs(found.moment / found.lag - 1.0):.0e} of itself",
-            found.lag > 0.9 * BLOCKS * found.travel
+            found.lag > 0.9 * facts.BLOCKS * found.travel
             and abs(found.moment / found.lag - 1.0) < BALANCED,
         ),
         Finding(
@@ -76,7 +68,7 @@ def _motion() -> Iterator[Claim]:
 
 
 def _sizes() -> Iterator[Claim]:
-    law = fitted(STIFF, SPEEDS[0])
+    law = facts.fitted(facts.STIFF, facts.SPEEDS[0])
     yield claim(
         "burridge_knopoff.power_law",
         "Carlson and Langer (1989), abstract",
@@ -92,15 +84,15 @@ def _sizes() -> Iterator[Claim]:
             f"log likelihood ratio {law.exponential:+.1f} standard errors",
             law.exponential > DECISIVE,
         ),
-        values=(_exponent(law, SPEEDS[0]),),
+        values=(_exponent(law, facts.SPEEDS[0]),),
         note=(
-            f"{UNREAD} Local: more than one block and not all {BLOCKS}. Slips of one block have "
-            "one and the same moment, those of the whole chain stand apart: neither is part of "
-            "the power law."
+            f"{UNREAD} Local: more than one block and not all {facts.BLOCKS}. Slips of one block "
+            "have one and the same moment, those of the whole chain stand apart: neither is part "
+            "of the power law."
         ),
     )
-    local = catalogue(SOFT, SPEEDS[0]).local
-    soft = fit_power_law(local, np.random.default_rng(SEED), smallest=float(np.median(local)))
+    local = facts.catalogue(facts.SOFT, facts.SPEEDS[0]).local
+    soft = fit_power_law(local, np.random.default_rng(facts.SEED), smallest=float(np.median(local)))
     yield claim(
         "burridge_knopoff.equal_springs",
         "De Sousa Vieira (1996), abstract",
@@ -109,7 +101,7 @@ def _sizes() -> Iterator[Claim]:
             "an exponential law describes the larger half better than a power law",
             f"log likelihood ratio {soft.exponential:+.1f} standard errors, above a moment of "
             f"{soft.smallest:.2g}; no slip takes more than "
-            f"{catalogue(SOFT, SPEEDS[0]).count.max()} of {BLOCKS} blocks",
+            f"{facts.catalogue(facts.SOFT, facts.SPEEDS[0]).count.max()} of {facts.BLOCKS} blocks",
             soft.exponential < -DECISIVE,
         ),
         note="Of the source only the abstract was read. Friction here is as in the other motions.",
@@ -117,8 +109,8 @@ def _sizes() -> Iterator[Claim]:
 
 
 def _drive() -> Iterator[Claim]:
-    laws = [fitted(STIFF, V) for V in SPEEDS]
-    found = [catalogue(STIFF, V) for V in SPEEDS]
+    laws = [facts.fitted(facts.STIFF, V) for V in facts.SPEEDS]
+    found = [facts.catalogue(facts.STIFF, V) for V in facts.SPEEDS]
     error = SCATTER * np.hypot(laws[0].error, laws[1].error)
     away = abs(laws[0].exponent - laws[1].exponent) / error
     yield claim(
@@ -127,8 +119,8 @@ def _drive() -> Iterator[Claim]:
         "Sizes do not depend on how slowly the belt moves; overlaps do",
         Finding(
             "a belt ten times as slow gives the same exponent",
-            f"{laws[0].exponent:.3f} at V = {SPEEDS[0]:g}, {laws[1].exponent:.3f} at "
-            f"V = {SPEEDS[1]:g}: {away:.1f} times as far apart as motions from other starts",
+            f"{laws[0].exponent:.3f} at V = {facts.SPEEDS[0]:g}, {laws[1].exponent:.3f} at "
+            f"V = {facts.SPEEDS[1]:g}: {away:.1f} times as far apart as motions from other starts",
             bool(away < DECISIVE),
         ),
         Finding(
@@ -137,14 +129,14 @@ def _drive() -> Iterator[Claim]:
             "V -> 0, where a slip takes no time of the belt's",
             found[1].overlap < 0.5 * found[0].overlap,
         ),
-        values=(_exponent(laws[1], SPEEDS[1]),),
+        values=(_exponent(laws[1], facts.SPEEDS[1]),),
     )
-    expected = [lone_moment(STIFF, V) for V in SPEEDS]
+    expected = [facts.lone_moment(facts.STIFF, V) for V in facts.SPEEDS]
     worst = max(
         float(np.ptp(f.lone - e, axis=None) + np.abs(f.lone - e).max()) / e
         for f, e in zip(found, expected, strict=True)
     )
-    limit = lone_moment(STIFF, 0.0)
+    limit = facts.lone_moment(facts.STIFF, 0.0)
     excess = [e / limit - 1.0 for e in expected]
     yield claim(
         "burridge_knopoff.lone",
@@ -159,7 +151,7 @@ def _drive() -> Iterator[Claim]:
         Finding(
             "the limit is approached in proportion to V",
             f"their moment exceeds the limit by {excess[0]:.3f} and {excess[1]:.4f} of it",
-            abs(excess[0] / excess[1] - SPEEDS[0] / SPEEDS[1]) < 1.0,
+            abs(excess[0] / excess[1] - facts.SPEEDS[0] / facts.SPEEDS[1]) < 1.0,
         ),
         values=(Value("moment of a lone slip, V -> 0", limit, 1e-15, 3, "one block, V = 0"),),
     )

@@ -8,28 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from stickslip.studies.canards.block import (
-    FORCE,
-    FREQUENCY,
-    GIVEN,
-    MU,
-    PERIOD,
-    STATIC,
-    Motion,
-    SmoothCanard,
-    canard_with,
-    cycles,
-    from_rest,
-    harmonic_balance,
-    onset,
-    regular,
-    release_map,
-    slip_of,
-    smooth_canard,
-    smooth_leaving,
-    touching,
-    unseen,
-)
+from stickslip.numerics.zeros import halved
+from stickslip.studies.canards import block
 from stickslip.studies.claim import Claim, Finding, Value, claim
 
 NOT_READ: Final = "source not read; its abstract's phenomenon, parameters chosen here"
@@ -45,23 +25,23 @@ STEP: Final = 0.01
 ROUNDINGS: Final = 4.0 * 2.0**-52
 
 
-def off(motion: Motion) -> float:
+def off(motion: block.Motion) -> float:
     """Largest difference of a regular motion's closed form from the map of releases."""
     phase = motion.phase % (2.0 * math.pi)
-    found = release_map(motion.force).evaluate(phase)
+    found = block.release_map(motion.force).evaluate(phase)
     size = max(1.0, motion.multiplier)
-    apart = (float(found.value) - phase, float(found.duration) - PERIOD)
+    apart = (float(found.value) - phase, float(found.duration) - block.PERIOD)
     slope = (float(found.derivative) - motion.multiplier) / size**2
     return max(abs(apart[0]) / size, abs(apart[1]) / size, abs(slope))
 
 
 def _branches() -> Iterator[Claim]:
-    curve, least, touch = cycles(), onset(), touching()
-    balance, exact = harmonic_balance(GIVEN), _attracting().x
+    curve, least, touch = block.cycles(), block.onset(), block.touching()
+    balance, exact = block.harmonic_balance(block.GIVEN), _attracting().x
     (fold,) = (event for event in curve.bifurcations if event.kind == "fold")
-    formula = MU * STATIC / math.cos(0.5 * math.pi * FREQUENCY)
+    formula = block.MU * block.STATIC / math.cos(0.5 * math.pi * block.FREQUENCY)
     apart = [abs(fold.value / formula - 1.0), abs(least.force / formula - 1.0)]
-    errors = [off(regular(slip)) for slip in SLIPS]
+    errors = [off(block.regular(slip)) for slip in SLIPS]
     yield claim(
         "canards.onset",
         HERE,
@@ -78,15 +58,15 @@ def _branches() -> Iterator[Claim]:
         ),
         Finding(
             "harmonic balance puts the onset too high, and the motion too small",
-            f"at {4.0 * MU / math.pi:.4f} instead of {formula:.4f}; at force {GIVEN:g} with an "
-            f"amplitude of {balance:.3f} instead of {exact:.3f}",
-            4.0 * MU / math.pi > 1.1 * formula and balance < 0.7 * exact,
+            f"at {4.0 * block.MU / math.pi:.4f} instead of {formula:.4f}; at force {block.GIVEN:g} "
+            f"with an amplitude of {balance:.3f} instead of {exact:.3f}",
+            4.0 * block.MU / math.pi > 1.1 * formula and balance < 0.7 * exact,
         ),
         values=(Value("force at the onset", fold.value, fold.error, 1, "fold"),),
         mechanism="friction in motion alone sets the onset: friction at rest does not enter",
     )
     (end,) = (end for end in curve.ends if end.reason != "end of range")
-    short = abs(float(end.parameters[FORCE]) / touch.force - 1.0)
+    short = abs(float(end.parameters[block.FORCE]) / touch.force - 1.0)
     steep = float(np.abs(end.multipliers).max())
     yield claim(
         "canards.end",
@@ -101,30 +81,29 @@ def _branches() -> Iterator[Claim]:
     )
 
 
-def _attracting() -> Motion:
+def _attracting() -> block.Motion:
     """Return the regular motion that attracts at the file's force."""
-    low, high = math.pi, 4.5
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if regular(middle).force < GIVEN else (low, middle)
-    return regular(low)
+    low, _ = halved(lambda slip: block.regular(slip).force < block.GIVEN, math.pi, 4.5, 60)
+    return block.regular(low)
 
 
 def _touch() -> Iterator[Claim]:
-    rests = [not from_rest(-excess, 20.0).events for excess in (1e-3, 1e-9, 1e-14)]
+    rests = [not block.from_rest(-excess, 20.0).events for excess in (1e-3, 1e-9, 1e-14)]
     late = [
-        from_rest(excess).events[0].time * FREQUENCY - 0.5 * math.pi
+        block.from_rest(excess).events[0].time * block.FREQUENCY - 0.5 * math.pi
         for excess in (0.0, 1e-14, 1e-9, 1e-4)
     ]
-    early = [-math.acos((GIVEN - excess) / GIVEN) for excess in (0.0, 1e-14, 1e-9, 1e-4)]
+    early = [
+        -math.acos((block.GIVEN - excess) / block.GIVEN) for excess in (0.0, 1e-14, 1e-9, 1e-4)
+    ]
     apart = float(np.abs(np.subtract(late, early)).max())
     margins = []
     for excess in (1e-3, 1e-6, 1e-9):
-        short, beyond = (from_rest(e).derivative("x0").margin for e in (-excess, excess))
-        rate = FREQUENCY * math.sqrt(2.0 * GIVEN * excess)
+        short, beyond = (block.from_rest(e).derivative("x0").margin for e in (-excess, excess))
+        rate = block.FREQUENCY * math.sqrt(2.0 * block.GIVEN * excess)
         margins += [abs(short / excess - 1.0), abs(beyond / rate - 1.0)]
-    run = from_rest(0.0, 40.0)
-    x = np.abs(run.x(np.linspace(39.0 * PERIOD, 40.0 * PERIOD, 20_001))).max()
+    run = block.from_rest(0.0, 40.0)
+    x = np.abs(run.x(np.linspace(39.0 * block.PERIOD, 40.0 * block.PERIOD, 20_001))).max()
     yield claim(
         "canards.touch",
         NOT_READ,
@@ -138,7 +117,7 @@ def _touch() -> Iterator[Claim]:
             "at a touch, and beyond, it slips at the instant of the limit, and never rests again",
             f"phases of the slip differ from arccos((a - e) / a) by {apart:.0e} at most; after a "
             f"touch it comes to the motion that attracts, to {abs(x - _attracting().x):.0e}",
-            apart <= math.sqrt(2.0 * ROUNDINGS / GIVEN) and abs(x - _attracting().x) < 1e-6,
+            apart <= math.sqrt(2.0 * ROUNDINGS / block.GIVEN) and abs(x - _attracting().x) < 1e-6,
         ),
         Finding(
             "margins tell how near it is: what is missing, or the rate f sqrt(2 a e) of the force",
@@ -150,8 +129,8 @@ def _touch() -> Iterator[Claim]:
             "answers are limits of unique ones, from either side."
         ),
     )
-    missed = unseen(STEP)
-    slips = bool(from_rest(0.9 * missed).events)
+    missed = block.unseen(STEP)
+    slips = bool(block.from_rest(0.9 * missed).events)
     yield claim(
         "canards.steps",
         HERE,
@@ -162,8 +141,8 @@ def _touch() -> Iterator[Claim]:
             missed > 1e-7 and slips,
         ),
     )
-    waits = [canard_with(phase) for phase in PHASES]
-    ends = [slip_of(motion) for motion in waits]
+    waits = [block.canard_with(phase) for phase in PHASES]
+    ends = [block.slip_of(motion) for motion in waits]
     errors = [
         max(abs(t - motion.slip), abs(x - motion.x))
         for motion, (t, x) in zip(waits, ends, strict=True)
@@ -183,20 +162,26 @@ def _touch() -> Iterator[Claim]:
         ),
         Finding(
             "from no wait, the last regular motion, to a slip without length at force 1",
-            f"wait 1e-6: {abs(canard_with(1e-6).force - touching().force):.0e} from it; wait "
-            f"arccos(mu) - 0.01: force {canard_with(math.acos(MU) - 0.01).force:.9f}",
-            abs(canard_with(1e-6).force - touching().force) < 1e-5
-            and abs(canard_with(math.acos(MU) - 0.01).force - 1.0) < 1e-5,
+            f"wait 1e-6: {abs(block.canard_with(1e-6).force - block.touching().force):.0e} from "
+            "it; wait arccos(mu) - 0.01: force "
+            f"{block.canard_with(math.acos(block.MU) - 0.01).force:.9f}",
+            abs(block.canard_with(1e-6).force - block.touching().force) < 1e-5
+            and abs(block.canard_with(math.acos(block.MU) - 0.01).force - 1.0) < 1e-5,
         ),
         values=(
-            Value(f"force of wait {WAITED:g}", canard_with(WAITED).force, 1e-14, 2, "formula"),
+            Value(
+                f"force of wait {WAITED:g}", block.canard_with(WAITED).force, 1e-14, 2, "formula"
+            ),
         ),
     )
 
 
 def _smooth() -> Iterator[Claim]:
     errors = [
-        max(abs(smooth_canard(phase, width).force - canard_with(phase).force) for phase in PHASES)
+        max(
+            abs(block.smooth_canard(phase, width).force - block.canard_with(phase).force)
+            for phase in PHASES
+        )
         for width in WIDTHS
     ]
     ratios = np.divide(errors[:-1], errors[1:])
@@ -212,8 +197,8 @@ def _smooth() -> Iterator[Claim]:
         ),
         mechanism="the wait runs along the falling part of the smooth law, where motions part",
     )
-    chosen = smooth_canard(WAITED, WIDTHS[-1])
-    left = [smooth_leaving(chosen, rtol) for rtol in TOLERANCES]
+    chosen = block.smooth_canard(WAITED, WIDTHS[-1])
+    left = [block.smooth_leaving(chosen, rtol) for rtol in TOLERANCES]
     yield claim(
         "canards.forward",
         HERE,
@@ -240,7 +225,7 @@ def _told(left: list[float]) -> str:
     )
 
 
-def _shift(canard: SmoothCanard) -> float:
+def _shift(canard: block.SmoothCanard) -> float:
     """How far the edge lies from the exact one."""
     return canard.x - (1.0 - canard.force)
 

@@ -8,19 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.plot.style import DASHED, PALETTE, panel_letter
-from stickslip.studies.canards.block import (
-    FREQUENCY,
-    GIVEN,
-    MU,
-    Motion,
-    canard,
-    from_rest,
-    harmonic_balance,
-    onset,
-    regular,
-    smooth_canard,
-    touching,
-)
+from stickslip.studies.canards import block
 from stickslip.studies.canards.claims import PHASES, WIDTHS
 from stickslip.studies.figures import PaperFigure
 
@@ -45,8 +33,8 @@ def draw_branches(figure: Figure) -> str:
     ax.fill_between([0.0, 1.0], [1.0, 0.0], color=PALETTE["light"], lw=0)
     ax.text(0.17, 0.35, "rests for ever")
     _draw_exact(ax)
-    force = np.linspace(4.0 * MU / math.pi, 1.2, 200)
-    balance = [harmonic_balance(a) for a in force.tolist()]
+    force = np.linspace(4.0 * block.MU / math.pi, 1.2, 200)
+    balance = [block.harmonic_balance(a) for a in force.tolist()]
     ax.plot(force, balance, color=PALETTE["green"], ls=DOTTED, label="harmonic balance")
     ax.set_xlim(0.0, 1.2)
     ax.set_ylim(0.0, 1.9)
@@ -54,24 +42,26 @@ def draw_branches(figure: Figure) -> str:
     ax.set_ylabel(AT_REST)
     ax.legend(loc="upper left")
     return (
-        f"Displacement between slips of the shaken block over the force, mu = {MU:g}, frequency "
-        f"{FREQUENCY:g}; grey: it rests. The branch of motions that repel begins at "
-        f"{onset().force:.6f} and ends at {touching().force:.6f} (dot); canards lead from there to "
-        "rest at force 1."
+        f"Displacement between slips of the shaken block over the force, mu = {block.MU:g}, "
+        f"frequency {block.FREQUENCY:g}; grey: it rests. The branch of motions that repel begins "
+        f"at {block.onset().force:.6f} and ends at {block.touching().force:.6f} (dot); canards "
+        "lead from there to rest at force 1."
     )
 
 
 def _draw_exact(ax: Axes) -> None:
     """Draw the closed forms along the time of a slip."""
-    least, end = onset().slip, touching().slip
+    least, end = block.onset().slip, block.touching().slip
     blue, red = PALETTE["blue"], PALETTE["vermillion"]
-    ax.plot(*_curve(regular, least, 4.4, 200), color=blue, label="attracts")
-    ax.plot(*_curve(regular, end, least, 100), color=blue, ls=DASHED, label="repels")
-    ax.plot(*_curve(canard, 0.05, end, 100), color=red, label="canards")
-    ax.plot(touching().force, touching().x, "o", color=PALETTE["black"], ms=4.0, zorder=3)
+    ax.plot(*_curve(block.regular, least, 4.4, 200), color=blue, label="attracts")
+    ax.plot(*_curve(block.regular, end, least, 100), color=blue, ls=DASHED, label="repels")
+    ax.plot(*_curve(block.canard, 0.05, end, 100), color=red, label="canards")
+    ax.plot(
+        block.touching().force, block.touching().x, "o", color=PALETTE["black"], ms=4.0, zorder=3
+    )
 
 
-def _curve(family: Callable[[float], Motion], low: float, high: float, n: int) -> Floats:
+def _curve(family: Callable[[float], block.Motion], low: float, high: float, n: int) -> Floats:
     """Return forces and displacements of a family of motions, by the time of their slips."""
     motions = [family(slip) for slip in np.linspace(low, high, n).tolist()]
     return np.array([(motion.force, motion.x) for motion in motions]).T
@@ -81,19 +71,21 @@ def draw_answers(figure: Figure) -> str:
     """Draw the needed force at rest that touches its limit, and what may follow."""
     force, moves = figure.subplots(1, 2)
     phase = np.linspace(-0.5 * math.pi, 0.7 * math.pi, 1201)
-    force.plot(phase, GIVEN * np.cos(phase) + 1.0 - GIVEN, color=PALETTE["black"])
-    for level, label in ((1.0, "limit at rest"), (MU, "friction in motion")):
+    force.plot(phase, block.GIVEN * np.cos(phase) + 1.0 - block.GIVEN, color=PALETTE["black"])
+    for level, label in ((1.0, "limit at rest"), (block.MU, "friction in motion")):
         force.axhline(level, color=PALETTE["grey"], ls=DASHED)
         force.text(-0.7, level + 0.03, label, color=PALETTE["grey"])
     force.plot(0.0, 1.0, "o", color=PALETTE["blue"])
     for wait in WAITS:
-        force.plot(wait, GIVEN * math.cos(wait) + 1.0 - GIVEN, "o", color=PALETTE["vermillion"])
+        force.plot(
+            wait, block.GIVEN * math.cos(wait) + 1.0 - block.GIVEN, "o", color=PALETTE["vermillion"]
+        )
     force.set_ylim(-0.3, 1.2)
     force.set_ylabel("force needed for rest")
     for wait in WAITS:
         moves.plot(phase, _waiting(wait, phase), color=PALETTE["vermillion"])
-    moves.axhline(GIVEN - 1.0, color=PALETTE["black"], ls=DASHED)
-    engine = from_rest(0.0).x((phase + 0.5 * math.pi) / FREQUENCY)[:, 0]
+    moves.axhline(block.GIVEN - 1.0, color=PALETTE["black"], ls=DASHED)
+    engine = block.from_rest(0.0).x((phase + 0.5 * math.pi) / block.FREQUENCY)[:, 0]
     moves.plot(phase, engine, color=PALETTE["blue"])
     moves.set_ylabel("displacement")
     for ax, letter in zip((force, moves), "ab", strict=True):
@@ -101,17 +93,17 @@ def draw_answers(figure: Figure) -> str:
         ax.set_xlabel("phase of the force")
         panel_letter(ax, letter)
     return (
-        f"From rest at {GIVEN - 1.0:g} with force {GIVEN:g}: (a) the needed force touches the "
-        "limit; (b) the exact motion as it is followed (blue), rest (dashed), and slips after "
-        f"waits of {', '.join(map(str, WAITS))} (red), which obey the law of friction except that "
-        "they begin below the limit."
+        f"From rest at {block.GIVEN - 1.0:g} with force {block.GIVEN:g}: (a) the needed force "
+        "touches the limit; (b) the exact motion as it is followed (blue), rest (dashed), and "
+        f"slips after waits of {', '.join(map(str, WAITS))} (red), which obey the law of friction "
+        "except that they begin below the limit."
     )
 
 
 def _waiting(wait: float, phase: Floats) -> Floats:
     """Displacements of a block that slips at a phase, up to where it comes to rest."""
-    motion = Motion(0.0, GIVEN, 1.0 - GIVEN, wait)
-    time = np.maximum(phase - wait, 0.0) / FREQUENCY
+    motion = block.Motion(0.0, block.GIVEN, 1.0 - block.GIVEN, wait)
+    time = np.maximum(phase - wait, 0.0) / block.FREQUENCY
     x = np.where(time > 0.0, motion.at(time), -motion.x)
     return np.asarray(np.maximum.accumulate(x))
 
@@ -121,7 +113,7 @@ def draw_smooth(figure: Figure) -> str:
     ax = figure.add_subplot()
     _draw_exact(ax)
     for width, mark, name in zip(WIDTHS, ("v", "s", "+"), ("grey", "green", "black"), strict=True):
-        row = [smooth_canard(phase, width) for phase in SHOWN]
+        row = [block.smooth_canard(phase, width) for phase in SHOWN]
         at = np.array([(each.force, each.x) for each in row]).T
         ax.plot(*at, mark, color=PALETTE[name], ms=3.5, label=f"smooth, width {width:g}")
     ax.set_xlim(0.4, 1.02)

@@ -15,12 +15,7 @@ from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.model.blocks import Oscillator
 from stickslip.mechanics.model.contact import Harmonic
 from stickslip.studies.claim import Claim, Finding, Value, claim
-from stickslip.studies.den_hartog1931.closed_forms import (
-    amplitude,
-    one_harmonic,
-    one_stop_amplitude,
-    stop_boundary,
-)
+from stickslip.studies.den_hartog1931 import closed_forms
 
 if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import CurveEvent
@@ -60,7 +55,7 @@ def boundaries() -> dict[float, CurveEvent]:
     found = {}
     for frequency in ON_BOUNDARY:
         # The closed form says where to look, not what is found there.
-        guess = stop_boundary(frequency)
+        guess = closed_forms.stop_boundary(frequency)
         cycle = steady(frequency, 1.1 * guess)
         branch = follow_cycle(cycle, "forcing.amplitude", (0.97 * guess, 1.15 * guess))
         found[frequency] = max(branch.bifurcations, key=lambda item: item.value)
@@ -69,7 +64,7 @@ def boundaries() -> dict[float, CurveEvent]:
 
 def _amplitude() -> Iterator[Claim]:
     pairs = [(frequency, 1.0 / ratio) for frequency in FREQUENCIES for ratio in RATIOS]
-    expected = {pair: amplitude(*pair) for pair in pairs}
+    expected = {pair: closed_forms.amplitude(*pair) for pair in pairs}
     pairs = [pair for pair in pairs if np.isfinite(expected[pair])]
     apart = [abs(largest(steady(*pair)) - expected[pair]) for pair in pairs]
     yield claim(
@@ -87,7 +82,7 @@ def _amplitude() -> Iterator[Claim]:
 
 def _boundary() -> Iterator[Claim]:
     found = boundaries()
-    apart = [abs(change.value - stop_boundary(at)) for at, change in found.items()]
+    apart = [abs(change.value - closed_forms.stop_boundary(at)) for at, change in found.items()]
     kinds = ", ".join(f"{change.kind} at frequency {at:g}" for at, change in found.items())
     yield claim(
         "den_hartog.boundary",
@@ -114,7 +109,7 @@ def _boundary() -> Iterator[Claim]:
 
 def _stopping() -> Iterator[Claim]:
     counts = [stops(steady(*pair)) for pair in (NO_STOP, ONE_STOP, TWO_STOPS)]
-    found, expected = largest(steady(*ONE_STOP)), one_stop_amplitude(*ONE_STOP)
+    found, expected = largest(steady(*ONE_STOP)), closed_forms.one_stop_amplitude(*ONE_STOP)
     yield claim(
         "den_hartog.stops",
         NOT_READ,
@@ -132,7 +127,7 @@ def _stopping() -> Iterator[Claim]:
         values=(_largest(*ONE_STOP, 3),),
     )
     pairs = (NO_STOP, ONE_STOP, ABOVE)
-    apart = [one_harmonic(*pair) / largest(steady(*pair)) - 1.0 for pair in pairs]
+    apart = [closed_forms.one_harmonic(*pair) / largest(steady(*pair)) - 1.0 for pair in pairs]
     told = ", ".join(
         f"{off:+.1%} at frequency {frequency:g}, a/f = {forcing:.3g}"
         for off, (frequency, forcing) in zip(apart, pairs, strict=True)
@@ -144,8 +139,8 @@ def _stopping() -> Iterator[Claim]:
         Finding("it is off by more than a tenth", told, min(map(abs, apart)) > 0.1),
         Finding(
             "it has a motion without stops where the block stops in each half period",
-            f"amplitude {one_harmonic(*ONE_STOP):.4f}; stops in a period: {counts[1]}",
-            np.isfinite(one_harmonic(*ONE_STOP)) and counts[1] == 2,
+            f"amplitude {closed_forms.one_harmonic(*ONE_STOP):.4f}; stops in a period: {counts[1]}",
+            np.isfinite(closed_forms.one_harmonic(*ONE_STOP)) and counts[1] == 2,
         ),
     )
 

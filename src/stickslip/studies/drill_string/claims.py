@@ -9,31 +9,7 @@ import numpy as np
 
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding, Value, claim
-from stickslip.studies.drill_string.string import (
-    BELOW,
-    DRIVE,
-    DRIVES,
-    ELEMENTS,
-    FINEST,
-    LONG,
-    MODEL,
-    computed_hopf,
-    computed_long_hopf,
-    cycles,
-    drive_at,
-    drive_of,
-    hopf,
-    long_cycles,
-    long_end,
-    long_hopf,
-    lower_speed,
-    rotation,
-    smooth_motions,
-    stick_end,
-    stick_slip,
-    swing_left,
-    turning,
-)
+from stickslip.studies.drill_string import string
 
 NOT_READ: Final = "sources not read; model as commonly quoted, parameters chosen here"
 HERE: Final = "computed here; docs/studies/drill_string.md"
@@ -43,12 +19,12 @@ BETWEEN: Final = 30.0  # a drive at which rotation and stick-slip both attract
 
 
 def _branches() -> Iterator[Claim]:
-    drive, speed, frequency = hopf()
-    found = computed_hopf()
+    drive, speed, frequency = string.hopf()
+    found = string.computed_hopf()
     errors = [
         abs(found.value / drive - 1.0),
         abs(np.abs(found.multipliers.imag).max() / frequency - 1.0),
-        abs(drive_of(float(rotation(BETWEEN).w[0])) / BETWEEN - 1.0),
+        abs(string.drive_of(float(string.rotation(BETWEEN).w[0])) / BETWEEN - 1.0),
     ]
     yield claim(
         "drill_string.hopf",
@@ -65,9 +41,9 @@ def _branches() -> Iterator[Claim]:
         ),
         mechanism="the falling law takes out the damping that the motor's side puts in",
     )
-    never, end, curve = turning(), stick_end(), stick_slip()
-    landing, vanishing = cycles().bifurcations
-    slowest, fastest = drive_at(never[0]), drive_at(never[-1])
+    never, end, curve = string.turning(), string.stick_end(), string.stick_slip()
+    landing, vanishing = string.cycles().bifurcations
+    slowest, fastest = string.drive_at(never[0]), string.drive_at(never[-1])
     sizes = [abs(each.largest_multiplier) for each in never]
     yield claim(
         "drill_string.hysteresis",
@@ -103,15 +79,15 @@ def _branches() -> Iterator[Claim]:
 
 
 def _both() -> Iterator[Claim]:
-    model = MODEL.replace(**{DRIVE: BETWEEN})
-    near = min(turning(), key=lambda each: abs(drive_at(each) - BETWEEN))
-    border = lower_speed(near.trajectory).min()
-    steady = rotation(BETWEEN).x
+    model = string.MODEL.replace(**{string.DRIVE: BETWEEN})
+    near = min(string.turning(), key=lambda each: abs(string.drive_at(each) - BETWEEN))
+    border = string.lower_speed(near.trajectory).min()
+    steady = string.rotation(BETWEEN).x
     runs = [
-        simulate(model, steady - [0.0, 0.0, f * (steady[2] - border)], [], t_end=LONG)
+        simulate(model, steady - [0.0, 0.0, f * (steady[2] - border)], [], t_end=string.LONG)
         for f in (0.5, 2.0)
     ]
-    sticks = [run.events[-1].time > 0.9 * LONG if run.events else False for run in runs]
+    sticks = [run.events[-1].time > 0.9 * string.LONG if run.events else False for run in runs]
     yield claim(
         "drill_string.both",
         HERE,
@@ -126,11 +102,11 @@ def _both() -> Iterator[Claim]:
 
 
 def _smooth() -> Iterator[Claim]:
-    exact, runs = smooth_motions()
-    period, left = turning()[-1].period, [swing_left(run) for run in runs]
+    exact, runs = string.smooth_motions()
+    period, left = string.turning()[-1].period, [string.swing_left(run) for run in runs]
     told = "; ".join(
         f"width {run.width:g}: range of speed {swing:.2g}, "
-        f"{run.evaluations * period / LONG:.0f} evaluations a period"
+        f"{run.evaluations * period / string.LONG:.0f} evaluations a period"
         for run, swing in zip(runs, left, strict=True)
     )
     yield claim(
@@ -138,8 +114,8 @@ def _smooth() -> Iterator[Claim]:
         HERE,
         "Friction made smooth ends stick-slip too early",
         Finding(
-            f"at {BELOW:g} of the drive at which it ends, from the exact cycle, smooth laws as "
-            "narrow as 1 % of the speed of rotation come to rotate steadily",
+            f"at {string.BELOW:g} of the drive at which it ends, from the exact cycle, smooth laws "
+            "as narrow as 1 % of the speed of rotation come to rotate steadily",
             f"exact range {exact:.4f}, 2 events a period; {told}",
             max(left[:3]) < 1e-6 * exact,
         ),
@@ -152,27 +128,27 @@ def _smooth() -> Iterator[Claim]:
 
 
 def _long() -> Iterator[Claim]:
-    sizes = (ELEMENTS, 1)
-    many, two = ((*long_hopf(n), long_end(n)) for n in sizes)
-    errors = np.divide([computed_long_hopf(n) for n in sizes], [many[:2], two[:2]]) - 1.0
-    cycles, reduced = long_cycles(), long_cycles(1)
-    slow = [abs(each[-1].largest_multiplier) for each in (cycles, reduced)]
+    sizes = (string.ELEMENTS, 1)
+    many, two = ((*string.long_hopf(n), string.long_end(n)) for n in sizes)
+    errors = np.divide([string.computed_long_hopf(n) for n in sizes], [many[:2], two[:2]]) - 1.0
+    whole, reduced = string.long_cycles(), string.long_cycles(1)
+    slow = [abs(each[-1].largest_multiplier) for each in (whole, reduced)]
     yield claim(
         "drill_string.long",
         HERE,
-        f"A string of {ELEMENTS} elements does the same, and two discs tell it roughly",
+        f"A string of {string.ELEMENTS} elements does the same, and two discs tell it roughly",
         Finding(
             "rotation changes its stability where a continued fraction of impedances says",
-            f"drives and frequencies, of {ELEMENTS} elements and of one, differ from those of "
-            f"eigenvalues by {np.abs(errors).max():.0e} of themselves at most",
+            f"drives and frequencies, of {string.ELEMENTS} elements and of one, differ from those "
+            f"of eigenvalues by {np.abs(errors).max():.0e} of themselves at most",
             np.abs(errors).max() <= CLOSE,
         ),
         Finding(
             "stick-slip attracts up to a drive far above that one",
-            f"{len(cycles)} cycles of two events from {DRIVES[0]:g} to {DRIVES[-1]:g}, all stable; "
-            f"motions stick up to {many[2]:.2f}, {many[2] / many[0]:.3f} times that of the Hopf "
-            "point",
-            all(each.stable and len(each.events) == 2 for each in cycles)
+            f"{len(whole)} cycles of two events from {string.DRIVES[0]:g} to "
+            f"{string.DRIVES[-1]:g}, all stable; motions stick up to {many[2]:.2f}, "
+            f"{many[2] / many[0]:.3f} times that of the Hopf point",
+            all(each.stable and len(each.events) == 2 for each in whole)
             and many[2] > 1.4 * many[0],
         ),
         Finding(
@@ -183,12 +159,24 @@ def _long() -> Iterator[Claim]:
         ),
         Finding(
             "and do not see that waves on the string make disturbances of stick-slip last",
-            f"largest multipliers at {DRIVES[-1]:g}: {slow[0]:.2f}, two discs {slow[1]:.0e}",
+            f"largest multipliers at {string.DRIVES[-1]:g}: {slow[0]:.2f}, two discs {slow[1]:.0e}",
             slow[0] > 100.0 * slow[1],
         ),
         values=(
-            Value(f"drive at the Hopf point, {ELEMENTS} elements", many[0], 1e-12, 4, "fraction"),
-            Value(f"drive where stick-slip ends, {ELEMENTS}", many[2], 10 * FINEST, 4, "motions"),
+            Value(
+                f"drive at the Hopf point, {string.ELEMENTS} elements",
+                many[0],
+                1e-12,
+                4,
+                "fraction",
+            ),
+            Value(
+                f"drive where stick-slip ends, {string.ELEMENTS}",
+                many[2],
+                10 * string.FINEST,
+                4,
+                "motions",
+            ),
         ),
     )
 

@@ -12,25 +12,7 @@ import numpy as np
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding, Value, claim
-from stickslip.studies.friction_dampers.dampers import (
-    BEST,
-    BLADE,
-    FREQUENCY,
-    LEAST,
-    LOADS,
-    MODEL,
-    TIP,
-    Symmetric,
-    best,
-    blade_peak,
-    breaks_loose,
-    many_harmonics,
-    one_harmonic,
-    peak_of_one_harmonic,
-    response,
-    swing,
-    symmetric,
-)
+from stickslip.studies.friction_dampers import dampers
 
 if TYPE_CHECKING:
     from stickslip.numerics.arrays import Floats
@@ -38,7 +20,7 @@ if TYPE_CHECKING:
 NOT_READ: Final = "source not read; formulas derived anew"
 HERE: Final = "computed here; docs/studies/friction_dampers.md"
 CLOSE: Final = 1e-10
-FORCES: Final = (0.85, 1.2, BEST, 3.0)
+FORCES: Final = (0.85, 1.2, dampers.BEST, 3.0)
 """Friction forces of the damper on one mass."""
 BLADE_FORCE: Final = 2.0
 SWEPT: Final = tuple(np.r_[0.34:0.43:0.01, 0.434:0.474:0.002, 0.475:0.65:0.01].tolist())
@@ -62,13 +44,15 @@ def errors_of_one() -> tuple[float, float, float]:
     amplitude, heat, balanced = [], [], []
     for load in FORCES:
         frequencies = slipping(load, 12)
-        found, cycles = response(MODEL, load, frequencies)
+        found, cycles = dampers.response(dampers.MODEL, load, frequencies)
         for each, cycle, w in zip(found.tolist(), cycles, frequencies, strict=True):
-            exact = symmetric(load, w)[0]
+            exact = dampers.symmetric(load, w)[0]
             lost = float(cycle.trajectory.energy([cycle.period]).dissipation[0])
             amplitude.append(abs(each / exact.amplitude - 1.0))
             heat.append(abs(lost / exact.lost - 1.0))
-            balanced.append(abs(one_harmonic(MODEL, load, w) / exact.amplitude - 1.0))
+            balanced.append(
+                abs(dampers.one_harmonic(dampers.MODEL, load, w) / exact.amplitude - 1.0)
+            )
     return max(amplitude), max(heat), max(balanced)
 
 
@@ -93,22 +77,26 @@ def _one() -> Iterator[Claim]:
 
 
 def _best() -> Iterator[Claim]:
-    load, least = best()
+    load, least = dampers.best()
     yield claim(
         "dampers.best",
         NOT_READ,
         "Without other damping the best friction force is about pi / 2 of the driving force",
         Finding(
             "by balance of one harmonic pi F / 2, with a peak of pi F / k; exactly a little less",
-            f"{load:.5f} beside {BEST:.5f}, peaks {least:.6f} and {LEAST:.6f}",
-            abs(load / BEST - 1.0) < 0.02 and abs(least / LEAST - 1.0) < 0.002,
+            f"{load:.5f} beside {dampers.BEST:.5f}, peaks {least:.6f} and {dampers.LEAST:.6f}",
+            abs(load / dampers.BEST - 1.0) < 0.02 and abs(least / dampers.LEAST - 1.0) < 0.002,
         ),
         Finding(
             "twice or two thirds of it cost a third of the amplitude more",
             "by one harmonic "
-            + " and ".join(f"{peak_of_one_harmonic(q * BEST) / LEAST:.4f}" for q in (2.0, 2 / 3)),
+            + " and ".join(
+                f"{dampers.peak_of_one_harmonic(q * dampers.BEST) / dampers.LEAST:.4f}"
+                for q in (2.0, 2 / 3)
+            ),
             all(
-                abs(peak_of_one_harmonic(q * BEST) / LEAST - 4.0 / 3.0) < 1e-12
+                abs(dampers.peak_of_one_harmonic(q * dampers.BEST) / dampers.LEAST - 4.0 / 3.0)
+                < 1e-12
                 for q in (2.0, 2.0 / 3.0)
             ),
         ),
@@ -122,9 +110,9 @@ def _best() -> Iterator[Claim]:
 @cache
 def blade_responses(load: float, swept: tuple[float, ...]) -> tuple[Floats, Floats, Floats]:
     """Tip of the blade: exact, one harmonic, odd harmonics up to 15."""
-    exact, _ = response(BLADE, load, swept, TIP)
-    one = np.array([one_harmonic(BLADE, load, w, TIP) for w in swept])
-    many = np.array([many_harmonics(BLADE, load, w, TIP) for w in swept])
+    exact, _ = dampers.response(dampers.BLADE, load, swept, dampers.TIP)
+    one = np.array([dampers.one_harmonic(dampers.BLADE, load, w, dampers.TIP) for w in swept])
+    many = np.array([dampers.many_harmonics(dampers.BLADE, load, w, dampers.TIP) for w in swept])
     return exact, one, many
 
 
@@ -132,8 +120,8 @@ def _blade() -> Iterator[Claim]:
     exact, one, many = blade_responses(BLADE_FORCE, SWEPT)
     slow, slow_one, slow_many = blade_responses(LIGHT_FORCE, SLOW)
     off = [np.abs(each - 1.0).max() for each in (many / exact, slow_many / slow)]
-    peaks = np.array([blade_peak(load) for load in LOADS])
-    chosen, told = (LOADS[int(np.argmin(peaks[:, k]))] for k in (0, 1))
+    peaks = np.array([dampers.blade_peak(load) for load in dampers.LOADS])
+    chosen, told = (dampers.LOADS[int(np.argmin(peaks[:, k]))] for k in (0, 1))
     worst = float((peaks[:, 1] / peaks[:, 0] - 1.0).max())
     yield claim(
         "dampers.blade",
@@ -155,9 +143,11 @@ def _blade() -> Iterator[Claim]:
     )
     rng = np.random.default_rng(3)
     frequency = float(SWEPT[int(np.argmax(exact))])
-    model = BLADE.replace(static_1=BLADE_FORCE, **{FREQUENCY: frequency})
+    model = dampers.BLADE.replace(static_1=BLADE_FORCE, **{dampers.FREQUENCY: frequency})
     ends = [
-        swing(find_cycle(model, *(rng.normal(size=3) * 30.0 for _ in range(2))), TIP)
+        dampers.swing(
+            find_cycle(model, *(rng.normal(size=3) * 30.0 for _ in range(2))), dampers.TIP
+        )
         for _ in range(STARTS)
     ]
     yield claim(
@@ -183,7 +173,7 @@ PERIODS: Final = 8
 NUDGE: Final = 1e-4
 
 
-def strays(cycle: Symmetric, nudge: float = 0.0, periods: int = 1) -> float:
+def strays(cycle: dampers.Symmetric, nudge: float = 0.0, periods: int = 1) -> float:
     """Distance from a cycle in closed form after some periods, started beside it."""
     (x, foot), v = cycle.start
     t_end = periods * 2.0 * math.pi / cycle.frequency
@@ -192,7 +182,7 @@ def strays(cycle: Symmetric, nudge: float = 0.0, periods: int = 1) -> float:
 
 
 def _two() -> Iterator[Claim]:
-    large, small = symmetric(HELD, BOTH, LOWER)
+    large, small = dampers.symmetric(HELD, BOTH, LOWER)
     stuck = 1.0 / (2.0 - BOTH**2)
     off = max(strays(large), strays(small))
     later = [strays(each, NUDGE, PERIODS) for each in (large, small)]
@@ -203,8 +193,8 @@ def _two() -> Iterator[Claim]:
         Finding(
             f"at {BOTH:g} of the free resonance it holds, and two cycles slip",
             f"amplitudes {stuck:.4f}, {large.amplitude:.4f} and {small.amplitude:.4f}; it has to "
-            f"slip from {breaks_loose(HELD):.4f} on; the cycles return to {off:.0e}",
-            off <= CLOSE and breaks_loose(HELD) > BOTH,
+            f"slip from {dampers.breaks_loose(HELD):.4f} on; the cycles return to {off:.0e}",
+            off <= CLOSE and dampers.breaks_loose(HELD) > BOTH,
         ),
         Finding(
             "the larger one attracts, the smaller one repels",

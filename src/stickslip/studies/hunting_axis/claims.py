@@ -16,18 +16,7 @@ from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model.contact import Contact, Harmonic
 from stickslip.mechanics.model.structure import Structure
 from stickslip.studies.claim import Claim, Finding, Value, claim
-from stickslip.studies.hunting_axis.axis import (
-    DERIVATIVE,
-    GAIN,
-    KINETIC,
-    MODEL,
-    PROPORTIONAL,
-    WATCHED,
-    axis_map,
-    bristles,
-    half_map,
-    hunting,
-)
+from stickslip.studies.hunting_axis import axis
 from stickslip.studies.smoothed import smoothed
 
 NOT_READ: Final = "sources not read; model as commonly quoted, gains chosen here"
@@ -35,7 +24,7 @@ HERE: Final = "computed here; docs/studies/hunting_axis.md"
 CLOSE: Final = 1e-12
 GAINS: Final = (0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 9.5, 11.0)
 DROPS: Final = (0.4, 0.1, 0.01, 1e-3)
-LIMIT: Final = float(PROPORTIONAL * DERIVATIVE)
+LIMIT: Final = float(axis.PROPORTIONAL * axis.DERIVATIVE)
 """Integral gain up to which the axis is stable without friction."""
 STIFF: Final = (1e2, 1e3, 1e4, 1e5)
 PUSH: Final = (0.6, 0.3)
@@ -43,17 +32,17 @@ PUSHES: Final = 50
 
 
 @cache
-def cycles(gain: float, mu: float = KINETIC) -> OrbitList:
+def cycles(gain: float, mu: float = axis.KINETIC) -> OrbitList:
     """Find all orbits up to period 2 of the return map."""
-    found: OrbitList = periodic_orbits(axis_map(gain, mu), max_period=2)
+    found: OrbitList = periodic_orbits(axis.axis_map(gain, mu), max_period=2)
     return found
 
 
 @cache
 def diagram() -> Diagram:
     """All orbits along the integral gain."""
-    f = axis_map(4.0)
-    return bifurcation_diagram(f, GAIN, (-max(GAINS), -min(GAINS), 25), max_period=2)
+    f = axis.axis_map(4.0)
+    return bifurcation_diagram(f, axis.GAIN, (-max(GAINS), -min(GAINS), 25), max_period=2)
 
 
 def _map() -> Iterator[Claim]:
@@ -74,7 +63,10 @@ def _map() -> Iterator[Claim]:
         mechanism="a release at rest has the acceleration -excess, which carries it past the goal",
     )
     x = np.linspace(0.002, 0.058, 15)
-    apart = [abs(axis_map(4.0)(x0) + half_map(4.0, -half_map(4.0, x0))) for x0 in x.tolist()]
+    apart = [
+        abs(axis.axis_map(4.0)(x0) + axis.half_map(4.0, -axis.half_map(4.0, x0)))
+        for x0 in x.tolist()
+    ]
     yield claim(
         "hunting.map",
         HERE,
@@ -90,8 +82,8 @@ def _map() -> Iterator[Claim]:
 def _no_excess() -> Finding:
     # As a section starts at rest at its limit: without excess the way there has no size.
     x = np.linspace(0.005, 0.05, 10)
-    shrinks = np.asarray(axis_map(8.0, mu=1.0)(x)) / x
-    ratio = half_map(8.0, 1.0, 0.0)
+    shrinks = np.asarray(axis.axis_map(8.0, mu=1.0)(x)) / x
+    ratio = axis.half_map(8.0, 1.0, 0.0)
     return Finding(
         "without excess there is none: distances shrink by one and the same factor",
         f"by {shrinks[0]:.12f}, in closed form {ratio**2:.12f}",
@@ -103,7 +95,7 @@ def _gains() -> Iterator[Claim]:
     found = {gain: cycles(gain) for gain in GAINS}
     errors = []
     for gain, (orbit,) in found.items():
-        exact, f = hunting(gain), axis_map(gain)
+        exact, f = axis.hunting(gain), axis.axis_map(gain)
         errors.append(abs(orbit.points[0] / exact.distance - 1.0))
         errors.append(abs(orbit.multiplier - exact.multiplier))
         errors.append(abs(f.evaluate(orbit.points[0]).duration / exact.period - 1.0))
@@ -130,7 +122,9 @@ def _gains() -> Iterator[Claim]:
             for gain, orbits in found.items()
         ),
     )
-    limits = [float(np.ptp([hunting(g).distance for g in (0.01, 0.5)])) / hunting(0.5).distance]
+    limits = [
+        float(np.ptp([axis.hunting(g).distance for g in (0.01, 0.5)])) / axis.hunting(0.5).distance
+    ]
     yield claim(
         "hunting.gain",
         HERE,
@@ -138,8 +132,8 @@ def _gains() -> Iterator[Claim]:
         Finding(
             "the distance hardly changes where the period grows without bound",
             f"from gain 0.5 to 0.01 by {limits[0]:.1%}, the period from "
-            f"{hunting(0.5).period:.0f} to {hunting(0.01).period:.0f}",
-            limits[0] < 0.05 and hunting(0.01).period > 30.0 * hunting(0.5).period,
+            f"{axis.hunting(0.5).period:.0f} to {axis.hunting(0.01).period:.0f}",
+            limits[0] < 0.05 and axis.hunting(0.01).period > 30.0 * axis.hunting(0.5).period,
         ),
         Finding(
             "hunting attracts beyond the gain at which the axis without friction is unstable",
@@ -151,15 +145,15 @@ def _gains() -> Iterator[Claim]:
 
 
 def _bristles() -> Iterator[Claim]:
-    exact = hunting(-MODEL.parameters[GAIN])
-    runs = [bristles(stiffness) for stiffness in STIFF]
+    exact = axis.hunting(-axis.MODEL.parameters[axis.GAIN])
+    runs = [axis.bristles(stiffness) for stiffness in STIFF]
     told = "; ".join(
         f"stiffness {run.stiffness:.0e}: {run.amplitude / exact.distance - 1.0:+.1%}, "
         f"{run.evaluations * exact.period / run.t[-1]:.0f} evaluations a period"
         for run in runs
     )
-    smooth = smoothed(MODEL, 1e-4, np.zeros(0), np.array([0.0, 0.05, 0.0]), WATCHED)
-    left = float(np.abs(smooth.v[smooth.t > 0.9 * WATCHED, 1]).max())
+    smooth = smoothed(axis.MODEL, 1e-4, np.zeros(0), np.array([0.0, 0.05, 0.0]), axis.WATCHED)
+    left = float(np.abs(smooth.v[smooth.t > 0.9 * axis.WATCHED, 1]).max())
     yield claim(
         "hunting.bristles",
         HERE,
@@ -172,17 +166,17 @@ def _bristles() -> Iterator[Claim]:
         ),
         Finding(
             "a smooth sign, which has no friction at rest, does not hunt",
-            f"-F tanh(v / 1e-4): distance {left:.1e} after {0.9 * WATCHED:g} units of time, "
+            f"-F tanh(v / 1e-4): distance {left:.1e} after {0.9 * axis.WATCHED:g} units of time, "
             f"{smooth.evaluations} evaluations",
             left < 0.2 * exact.distance,
         ),
     )
     t_end = PUSHES * 2.0 * np.pi
-    drift = [bristles(s, controlled=False, push=PUSH, t_end=t_end).x[-1] for s in STIFF[1:3]]
+    drift = [axis.bristles(s, controlled=False, push=PUSH, t_end=t_end).x[-1] for s in STIFF[1:3]]
     still = Structure(
         mass=[1.0],
         stiffness=[[0.0]],
-        contacts=[Contact(at=0, friction=MODEL.contacts[0].friction)],
+        contacts=[Contact(at=0, friction=axis.MODEL.contacts[0].friction)],
         force=[PUSH[0]],
         forcing=Harmonic(PUSH[1], 1.0),
     )

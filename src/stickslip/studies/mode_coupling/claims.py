@@ -8,26 +8,7 @@ from typing import Final
 import numpy as np
 
 from stickslip.studies.claim import Claim, Finding, Value, claim
-from stickslip.studies.mode_coupling.squeal import (
-    LAWS,
-    LONG,
-    MODEL,
-    RATIOS,
-    SPEED,
-    amplitude,
-    amplitude_left,
-    cycles,
-    flutter,
-    flutter_frequency,
-    kicked,
-    motion,
-    smooth_motions,
-    squeal_kick,
-    squeals,
-    threshold,
-    touching_kick,
-    touching_point,
-)
+from stickslip.studies.mode_coupling import squeal
 
 NOT_READ: Final = "source not read; model as commonly quoted, parameters chosen here"
 HERE: Final = "computed here; docs/studies/mode_coupling.md"
@@ -38,9 +19,12 @@ KICKS: Final = (0.5, 0.55, 0.6, 0.65, 0.7)
 
 
 def _branch() -> Iterator[Claim]:
-    c = float(MODEL.damping[0, 0])
-    free, damped = flutter("constant", damped=False), flutter("constant")
-    apart = [abs(free.value / threshold(0.0) - 1.0), abs(damped.value / threshold(c) - 1.0)]
+    c = float(squeal.MODEL.damping[0, 0])
+    free, damped = squeal.flutter("constant", damped=False), squeal.flutter("constant")
+    apart = [
+        abs(free.value / squeal.threshold(0.0) - 1.0),
+        abs(damped.value / squeal.threshold(c) - 1.0),
+    ]
     frequency = float(abs(damped.multipliers.imag).max())
     yield claim(
         "mode_coupling.flutter",
@@ -54,8 +38,8 @@ def _branch() -> Iterator[Claim]:
         ),
         Finding(
             "the squared frequency is the mean of the two stiffnesses over the mass",
-            f"it differs by {abs(frequency / flutter_frequency() - 1.0):.0e}",
-            abs(frequency / flutter_frequency() - 1.0) <= CLOSE,
+            f"it differs by {abs(frequency / squeal.flutter_frequency() - 1.0):.0e}",
+            abs(frequency / squeal.flutter_frequency() - 1.0) <= CLOSE,
         ),
         values=(
             Value("mu k_n at flutter, c = 0", free.value, 1e-13, 1, "two modes meet"),
@@ -63,11 +47,11 @@ def _branch() -> Iterator[Claim]:
         ),
         mechanism="friction that follows the normal motion feeds one of two coupled modes",
     )
-    found = cycles()
+    found = squeal.cycles()
     onset, end = found.onset, found.small_end
     folds = sorted(event.value for event in found.curve.bifurcations)
     point = np.ravel(end.points)
-    off = float(np.abs(point - touching_point()).max()) / SPEED
+    off = float(np.abs(point - squeal.touching_point()).max()) / squeal.SPEED
     yield claim(
         "mode_coupling.coexists",
         HERE,
@@ -81,9 +65,9 @@ def _branch() -> Iterator[Claim]:
         Finding(
             "the branch of unstable cycles goes up to the threshold and ends where its stick has "
             "no length: at the neutral motion that touches stick",
-            f"it ends {abs(end.value - threshold(c)):.0e} from the threshold, "
+            f"it ends {abs(end.value - squeal.threshold(c)):.0e} from the threshold, "
             f"{off:.0e} V from the closed form of that motion",
-            abs(end.value - threshold(c)) <= TOUCHED and off <= 1e-6,
+            abs(end.value - squeal.threshold(c)) <= TOUCHED and off <= 1e-6,
         ),
         Finding(
             "just above the threshold there is a small cycle at first",
@@ -99,7 +83,7 @@ def _branch() -> Iterator[Claim]:
             "in stick friction gives way by less than its limit, so that the pad gathers energy"
         ),
     )
-    faster = cycles("constant", 2.0 * SPEED)
+    faster = squeal.cycles("constant", 2.0 * squeal.SPEED)
     away = abs(faster.onset.value / onset.value - 1.0)
     yield claim(
         "mode_coupling.scale",
@@ -112,18 +96,21 @@ def _branch() -> Iterator[Claim]:
         ),
         Finding(
             "and the cycle twice as large",
-            f"{amplitude(faster.here) / amplitude(found.here):.12f} times",
-            abs(amplitude(faster.here) / amplitude(found.here) - 2.0) <= 2.0 * SAME,
+            f"{squeal.amplitude(faster.here) / squeal.amplitude(found.here):.12f} times",
+            abs(squeal.amplitude(faster.here) / squeal.amplitude(found.here) - 2.0) <= 2.0 * SAME,
         ),
         mechanism="with one coefficient all equations are homogeneous in displacements and V",
     )
 
 
 def _kicks() -> Iterator[Claim]:
-    edges = [squeal_kick(load) for load in KICKS]
-    floors = [touching_kick(load) for load in KICKS]
+    edges = [squeal.squeal_kick(load) for load in KICKS]
+    floors = [squeal.touching_kick(load) for load in KICKS]
     sides = [
-        (squeals(kicked(load, 0.999 * low)), squeals(kicked(load, 1.001 * high)))
+        (
+            squeal.squeals(squeal.kicked(load, 0.999 * low)),
+            squeal.squeals(squeal.kicked(load, 1.001 * high)),
+        )
         for load, (low, high) in zip(KICKS, edges, strict=True)
     ]
     yield claim(
@@ -155,8 +142,8 @@ def _kicks() -> Iterator[Claim]:
 
 
 def _laws() -> Iterator[Claim]:
-    onset = {law: cycles(law) for law in LAWS}
-    linear = {law: flutter(law).value for law in LAWS}
+    onset = {law: squeal.cycles(law) for law in squeal.LAWS}
+    linear = {law: squeal.flutter(law).value for law in squeal.LAWS}
     falling, drop = "falls with speed", "drops at once"
     lowest = float(onset[drop].curve.values[onset[drop].curve.stable].min())
     yield claim(
@@ -186,15 +173,15 @@ def _laws() -> Iterator[Claim]:
 
 
 def _smooth() -> Iterator[Claim]:
-    orbit, runs = smooth_motions()
-    exact, period = amplitude(orbit), motion(orbit).t[-1]
-    errors = [amplitude_left(run) / exact - 1.0 for run in runs]
+    orbit, runs = squeal.smooth_motions()
+    exact, period = squeal.amplitude(orbit), squeal.motion(orbit).t[-1]
+    errors = [squeal.amplitude_left(run) / exact - 1.0 for run in runs]
     told = "; ".join(
         f"V / width {ratio:g}: amplitude off by {error:+.1%}, "
-        f"{run.evaluations * period / LONG:.0f} evaluations a period"
-        for ratio, run, error in zip(RATIOS, runs, errors, strict=True)
+        f"{run.evaluations * period / squeal.LONG:.0f} evaluations a period"
+        for ratio, run, error in zip(squeal.RATIOS, runs, errors, strict=True)
     )
-    events = len(motion(orbit).events)
+    events = len(squeal.motion(orbit).events)
     yield claim(
         "mode_coupling.smooth",
         HERE,

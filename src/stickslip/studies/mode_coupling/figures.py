@@ -8,23 +8,7 @@ import numpy as np
 
 from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
-from stickslip.studies.mode_coupling.squeal import (
-    ABOVE,
-    LAWS,
-    LONG,
-    MODEL,
-    RATIOS,
-    SPEED,
-    amplitudes,
-    cycles,
-    flutter,
-    kicked,
-    motion,
-    smooth_motions,
-    squeal_kick,
-    threshold,
-    touching_kick,
-)
+from stickslip.studies.mode_coupling import squeal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +20,7 @@ if TYPE_CHECKING:
 LABEL: Final = r"$\mu k_n / k$"
 AMPLITUDE: Final = r"amplitude of $y$ / $V$"
 SHOWN: Final = (0.3, 0.9)
-CRITICAL: Final = threshold(float(MODEL.damping[0, 0]))
+CRITICAL: Final = squeal.threshold(float(squeal.MODEL.damping[0, 0]))
 KICKED: Final = 0.6
 TIMES: Final = np.linspace(0.0, 120.0, 4001)
 
@@ -59,8 +43,8 @@ def _draw_branch(
 
 def draw_branch(figure: Figure) -> str:
     """Draw cycles and steady sliding over the load; solid lines attract."""
-    ax, found = figure.add_subplot(), cycles()
-    onset, amplitude = found.onset.value, amplitudes(found.curve)
+    ax, found = figure.add_subplot(), squeal.cycles()
+    onset, amplitude = found.onset.value, squeal.amplitudes(found.curve)
     ax.axvspan(onset, CRITICAL, color=PALETTE["light"], lw=0)
     ax.plot([SHOWN[0], CRITICAL], [0.0, 0.0], color=PALETTE["black"], clip_on=False)
     ax.plot([CRITICAL, SHOWN[1]], [0.0, 0.0], color=PALETTE["black"], ls=DASHED)
@@ -73,7 +57,7 @@ def draw_branch(figure: Figure) -> str:
     ax.text(0.5 * (onset + CRITICAL), 9.5, "both attract", ha="center")
     return (
         f"Stick-slip cycles (blue) and steady sliding (black) of the brake, constant friction, "
-        f"V = {SPEED:g}; solid: attracts, dashed: repels. The cycle that attracts begins at "
+        f"V = {squeal.SPEED:g}; solid: attracts, dashed: repels. The cycle that attracts begins at "
         f"{onset:.6f}, steady sliding loses its stability at {CRITICAL:.6f}."
     )
 
@@ -82,8 +66,8 @@ def draw_kicks(figure: Figure) -> str:
     """Draw the least kick that squeals over the load; beside it a motion on either side of it."""
     left, right = figure.subplots(1, 2)
     load = np.linspace(0.48, 0.71, 16)
-    edge = [squeal_kick(value)[1] for value in load.tolist()]
-    floor = [touching_kick(value) for value in load.tolist()]
+    edge = [squeal.squeal_kick(value)[1] for value in load.tolist()]
+    floor = [squeal.touching_kick(value) for value in load.tolist()]
     left.fill_between(load, edge, 8.0, color=PALETTE["light"], lw=0)
     left.plot(load, edge, color=PALETTE["blue"])
     left.plot(load, floor, color=PALETTE["black"], ls=DASHED)
@@ -95,8 +79,8 @@ def draw_kicks(figure: Figure) -> str:
     left.set_xlabel(LABEL)
     left.set_ylabel("kick / $V$")
     for share, name, text in ((1.02, "vermillion", "1.02 of the edge"), (0.98, "blue", "0.98")):
-        found = kicked(KICKED, share * squeal_kick(KICKED)[1])
-        y = (found.x(TIMES)[:, 1] - float(found.x(0.0)[1])) / SPEED
+        found = squeal.kicked(KICKED, share * squeal.squeal_kick(KICKED)[1])
+        y = (found.x(TIMES)[:, 1] - float(found.x(0.0)[1])) / squeal.SPEED
         right.plot(TIMES, y, color=PALETTE[name], lw=0.7, label=text)
     right.set_ylim(-11.0, 14.5)
     right.set_xlim(0.0, TIMES[-1])
@@ -107,8 +91,8 @@ def draw_kicks(figure: Figure) -> str:
         panel_letter(ax, letter)
     return (
         "(a) Smallest change of y' that turns steady sliding into squeal (blue), by bisection of "
-        f"motions over {LONG:g} time units; dashed: the smallest after which the pad sticks at "
-        f"all, by linear theory. Grey: flutter. (b) Two kicks at {KICKED:g}."
+        f"motions over {squeal.LONG:g} time units; dashed: the smallest after which the pad sticks "
+        f"at all, by linear theory. Grey: flutter. (b) Two kicks at {KICKED:g}."
     )
 
 
@@ -116,10 +100,10 @@ def draw_laws(figure: Figure) -> str:
     """Draw cycles of each law, and where steady sliding loses its stability."""
     ax = figure.add_subplot()
     told = []
-    for law, name in zip(LAWS, ("blue", "green", "vermillion"), strict=True):
-        curve, critical = cycles(law).curve, flutter(law).value
+    for law, name in zip(squeal.LAWS, ("blue", "green", "vermillion"), strict=True):
+        curve, critical = squeal.cycles(law).curve, squeal.flutter(law).value
         ax.plot(critical, 0.0, "o", color=PALETTE[name], clip_on=False, zorder=3)
-        _draw_branch(ax, curve, amplitudes(curve), name, law)
+        _draw_branch(ax, curve, squeal.amplitudes(curve), name, law)
         told.append(f"{law}: flutter at {critical:.4f}")
     ax.legend(loc="center right", bbox_to_anchor=(1.0, 0.33))
     return (
@@ -130,22 +114,25 @@ def draw_laws(figure: Figure) -> str:
 
 def draw_smooth(figure: Figure) -> str:
     """Draw normal displacements of smooth laws over time, and the range of the exact cycle."""
-    orbit, runs = smooth_motions()
+    orbit, runs = squeal.smooth_motions()
     axes = figure.subplots(1, 3, sharey=True)
-    exact = motion(orbit)
-    y = exact.x(np.linspace(0.0, exact.t[-1], 257))[:, 1] / SPEED
+    exact = squeal.motion(orbit)
+    y = exact.x(np.linspace(0.0, exact.t[-1], 257))[:, 1] / squeal.SPEED
     middle = 0.5 * (y.min() + y.max())
-    for ax, run, ratio, letter in zip(axes, runs[:3], RATIOS[:3], "abc", strict=True):
+    for ax, run, ratio, letter in zip(axes, runs[:3], squeal.RATIOS[:3], "abc", strict=True):
         ax.axhspan(y.min() - middle, y.max() - middle, color=PALETTE["light"], lw=0)
-        ax.plot(run.t, run.x[:, 1] / SPEED - middle, color=PALETTE["blue"], lw=0.4)
-        ax.set_xlim(0.0, LONG)
+        ax.plot(run.t, run.x[:, 1] / squeal.SPEED - middle, color=PALETTE["blue"], lw=0.4)
+        ax.set_xlim(0.0, squeal.LONG)
         ax.set_xlabel("time")
         panel_letter(ax, letter)
         place = {"ha": "right", "va": "top", "transform": ax.transAxes}
         ax.text(0.97, 0.95, rf"$V/\varepsilon={ratio:g}$", **place)
     axes[0].set_ylim(-12.0, 13.5)
     axes[0].set_ylabel("$y / V$, from its middle")
-    load, told = ABOVE * cycles().onset.value, ", ".join(f"{ratio:g}" for ratio in RATIOS[:3])
+    load, told = (
+        squeal.ABOVE * squeal.cycles().onset.value,
+        ", ".join(f"{ratio:g}" for ratio in squeal.RATIOS[:3]),
+    )
     return (
         f"Friction -L tanh(w / eps) with V / eps = {told}, from a state of the exact cycle, whose "
         f"range is grey; load {load:.6f}, 1 % above the onset. The widest law lets it die out."

@@ -19,6 +19,7 @@ from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.stribeck import Stribeck
 from stickslip.mechanics.model.file import read_model
 from stickslip.mechanics.model.structure import Structure
+from stickslip.numerics.zeros import halved
 from stickslip.studies.smoothed import SmoothMotion, smoothed
 
 if TYPE_CHECKING:
@@ -175,11 +176,7 @@ def squeals(found: Trajectory) -> bool:
 @cache
 def squeal_kick(load: float) -> tuple[float, float]:
     """Bracket the kick from which on the brake squeals, by bisection."""
-    low, high = 0.0, LARGEST_KICK
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if squeals(kicked(load, middle)) else (middle, high)
-    return low, high
+    return halved(lambda kick: not squeals(kicked(load, kick)), 0.0, LARGEST_KICK, HALVINGS)
 
 
 ABOVE: Final = 1.01  # times the load of the onset

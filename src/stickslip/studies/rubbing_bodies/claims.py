@@ -10,29 +10,7 @@ import numpy as np
 
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.studies.claim import Claim, Finding, Value, claim
-from stickslip.studies.rubbing_bodies.bodies import (
-    CREPT,
-    HELD,
-    PULLED,
-    WALLED,
-    break_away,
-    creep_speed,
-    creeping,
-    largest_error,
-    mechanism,
-    random_stacks,
-    stages,
-    stepped,
-)
-from stickslip.studies.rubbing_bodies.clutches import (
-    CLUTCH,
-    DYMOLA,
-    MWORKS,
-    WATCHED,
-    closed_form,
-    smooth_clutches,
-    train,
-)
+from stickslip.studies.rubbing_bodies import bodies, clutches
 
 HERE: Final = "computed here; docs/studies/rubbing_bodies.md"
 PUBLISHED: Final = "CoupledClutches of the Modelica Standard Library; model and results read"
@@ -43,9 +21,9 @@ STEPS: Final = (1e-1, 1e-2, 1e-3)
 
 
 def _stacks() -> Iterator[Claim]:
-    drawn = random_stacks(STACKS)
-    errors = [largest_error(given) for given in drawn]
-    apart = [given for given in drawn if len(stages(given)) > 3]
+    drawn = bodies.random_stacks(STACKS)
+    errors = [bodies.largest_error(given) for given in drawn]
+    apart = [given for given in drawn if len(bodies.stages(given)) > 3]
     yield claim(
         "rubbing.stack",
         HERE,
@@ -58,9 +36,12 @@ def _stacks() -> Iterator[Claim]:
         ),
         mechanism="after equal speeds they go on together as far as the friction between them can",
     )
-    exact = float(stages(PULLED)[-1].x[0])
-    rest = 1.25 * float(stages(PULLED)[-1].t)
-    off = [abs(stepped(PULLED.model, [3.0, 0.0], h, rest)[1][-1, 0] / exact - 1.0) for h in STEPS]
+    exact = float(bodies.stages(bodies.PULLED)[-1].x[0])
+    rest = 1.25 * float(bodies.stages(bodies.PULLED)[-1].t)
+    off = [
+        abs(bodies.stepped(bodies.PULLED.model, [3.0, 0.0], h, rest)[1][-1, 0] / exact - 1.0)
+        for h in STEPS
+    ]
     told = ", ".join(f"{error:.1e}" for error in off)
     yield claim(
         "rubbing.stepping",
@@ -76,7 +57,7 @@ def _stacks() -> Iterator[Claim]:
 
 
 def _walled() -> Iterator[Claim]:
-    found = [(break_away(f), mechanism(f)) for f in MIDDLES]
+    found = [(bodies.break_away(f), bodies.mechanism(f)) for f in MIDDLES]
     errors = [abs(a[0] / b[0] - 1.0) for a, b in found]
     yield claim(
         "rubbing.mechanism",
@@ -92,17 +73,19 @@ def _walled() -> Iterator[Claim]:
         note="The Modelica library's manual tells to put springs between friction elements, as "
         "their forces are not unique while they stick.",
     )
-    weight = HELD * mechanism(WALLED.contacts[2].static)[0]
-    rest = simulate(WALLED.replace(force=[weight, 0.0]), np.zeros(2), np.zeros(2), t_end=CREPT)
-    runs = creeping()
-    speeds = [float(run.v[-1, 0]) / creep_speed(run.width) for run in runs]
+    weight = bodies.HELD * bodies.mechanism(bodies.WALLED.contacts[2].static)[0]
+    rest = simulate(
+        bodies.WALLED.replace(force=[weight, 0.0]), np.zeros(2), np.zeros(2), t_end=bodies.CREPT
+    )
+    runs = bodies.creeping()
+    speeds = [float(run.v[-1, 0]) / bodies.creep_speed(run.width) for run in runs]
     yield claim(
         "rubbing.creep",
         HERE,
         "Friction made smooth lets bodies creep under forces that friction holds",
         Finding(
-            f"at {HELD:g} of that force the exact bodies rest",
-            f"displacement {abs(float(rest.final_state.x[0])):g} after {CREPT:g}, 0 events",
+            f"at {bodies.HELD:g} of that force the exact bodies rest",
+            f"displacement {abs(float(rest.final_state.x[0])):g} after {bodies.CREPT:g}, 0 events",
             float(np.abs(rest.final_state.x).max()) == 0.0,
         ),
         Finding(
@@ -115,12 +98,12 @@ def _walled() -> Iterator[Claim]:
 
 
 def _clutch() -> Iterator[Claim]:
-    run = CLUTCH.motion(WATCHED)
-    heat = float(run.energy([WATCHED]).dissipation[0])
+    run = clutches.CLUTCH.motion(clutches.WATCHED)
+    heat = float(run.energy([clutches.WATCHED]).dissipation[0])
     errors = [
-        abs(run.events[0].time / CLUTCH.lock - 1.0),
-        abs(heat / CLUTCH.heat - 1.0),
-        abs(abs(float(run.friction([WATCHED])[0, 0])) / CLUTCH.carried - 1.0),
+        abs(run.events[0].time / clutches.CLUTCH.lock - 1.0),
+        abs(heat / clutches.CLUTCH.heat - 1.0),
+        abs(abs(float(run.friction([clutches.WATCHED])[0, 0])) / clutches.CLUTCH.carried - 1.0),
     ]
     yield claim(
         "rubbing.clutch",
@@ -132,22 +115,24 @@ def _clutch() -> Iterator[Claim]:
             len(run.events) == 1 and max(errors) <= CLOSE,
         ),
     )
-    runs = smooth_clutches()
+    runs = clutches.smooth_clutches()
     slips = [float(each.v[-1, 0] - each.v[-1, 1]) for each in runs]
-    off = [abs(s / CLUTCH.slip(each.width) - 1.0) for s, each in zip(slips, runs, strict=True)]
+    off = [
+        abs(s / clutches.CLUTCH.slip(each.width) - 1.0) for s, each in zip(slips, runs, strict=True)
+    ]
     yield claim(
         "rubbing.slipping",
         HERE,
         "A clutch with smooth friction never locks under torque",
         Finding(
             "the exact one turns as one body",
-            f"slip {float(np.ptp(run.final_state.v)):g} at {WATCHED:g}",
+            f"slip {float(np.ptp(run.final_state.v)):g} at {clutches.WATCHED:g}",
             float(np.ptp(run.final_state.v)) <= 1e-14,
         ),
         Finding(
             "the smooth one keeps a slip of width times artanh(torque / capacity), and heats",
             "; ".join(
-                f"width {each.width:g}: slip {s:.3g}, power lost {s * CLUTCH.carried:.2g}"
+                f"width {each.width:g}: slip {s:.3g}, power lost {s * clutches.CLUTCH.carried:.2g}"
                 for s, each in zip(slips, runs, strict=True)
             ),
             max(off) < 1e-3,
@@ -156,7 +141,7 @@ def _clutch() -> Iterator[Claim]:
 
 
 def _train() -> Iterator[Claim]:
-    found, (times, speeds) = train(), closed_form()
+    found, (times, speeds) = clutches.train(), clutches.closed_form()
     ends = found.speeds(1.5)
     events = [time for time in times if time not in (0.4, 0.9, 1.25, 1.5)]
     error = max(
@@ -170,7 +155,7 @@ def _train() -> Iterator[Claim]:
         "speed 2 less speed 1": ends[1] - ends[0],
         **{f"angle {k + 2} less angle {k + 1}": angles[k + 1] - angles[k] for k in range(3)},
     }
-    read = {name: float(text) for name, text in DYMOLA.items()}
+    read = {name: float(text) for name, text in clutches.DYMOLA.items()}
     apart = max(abs(read[name] - value) for name, value in known.items())
     one, other = read["speed 1"], read["speed 1"] + read["speed 2 less speed 1"]
     momentum = 10.0 + 2.0 / math.pi
@@ -206,10 +191,10 @@ def _train() -> Iterator[Claim]:
         ),
         values=tuple(
             Value(name, float(known[name]), 1e-12, 4, "simulate", printed=text)
-            for name, text in DYMOLA.items()
+            for name, text in clutches.DYMOLA.items()
         ),
     )
-    theirs = [float(text) for text in MWORKS]
+    theirs = [float(text) for text in clutches.MWORKS]
     yield claim(
         "rubbing.mworks",
         f"{PUBLISHED}: fmi-cross-check, MWorks 2016, FMI 1.0 for co-simulation",

@@ -8,25 +8,8 @@ import numpy as np
 
 from stickslip.plot.style import DASHED, PALETTE, panel_letter
 from stickslip.studies.figures import PaperFigure
-from stickslip.studies.rubbing_bodies.bodies import (
-    HELD,
-    PULLED,
-    THROWN,
-    WALLED,
-    break_away,
-    creeping,
-    mechanism,
-    stages,
-)
+from stickslip.studies.rubbing_bodies import bodies, clutches
 from stickslip.studies.rubbing_bodies.claims import MIDDLES
-from stickslip.studies.rubbing_bodies.clutches import (
-    CLUTCH,
-    END,
-    MWORKS_ROWS,
-    WATCHED,
-    smooth_clutches,
-    train,
-)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,10 +20,10 @@ COLOURS: Final = ("blue", "vermillion", "green", "purple")
 def draw_stacks(figure: Figure) -> str:
     """Draw speeds of sliders upon each other over time, and the rational times."""
     axes = figure.subplots(1, 2)
-    for ax, given, letter in zip(axes, (THROWN, PULLED), "ab", strict=True):
+    for ax, given, letter in zip(axes, (bodies.THROWN, bodies.PULLED), "ab", strict=True):
         run = given.motion()
         t = np.linspace(0.0, run.t[-1], 600)
-        dots = np.array([(float(stage.t), *map(float, stage.v)) for stage in stages(given)])
+        dots = np.array([(float(stage.t), *map(float, stage.v)) for stage in bodies.stages(given)])
         for k, label in enumerate(("lower slider", "upper slider")):
             ax.plot(t, run.v(t)[:, k], color=PALETTE[COLOURS[k]], label=label)
             ax.plot(dots[:, 0], dots[:, k + 1], "o", color=PALETTE["black"], mfc="white", ms=3.0)
@@ -60,8 +43,8 @@ def draw_walled(figure: Figure) -> str:
     """Draw the force of break-away at a wall over friction, and creep of smooth bodies."""
     left, right = figure.subplots(1, 2)
     fine = np.linspace(0.0, 1.0, 201)
-    left.plot(fine, [mechanism(f)[0] for f in fine.tolist()], color=PALETTE["black"])
-    found = [break_away(f)[0] for f in MIDDLES]
+    left.plot(fine, [bodies.mechanism(f)[0] for f in fine.tolist()], color=PALETTE["black"])
+    found = [bodies.break_away(f)[0] for f in MIDDLES]
     left.plot(MIDDLES, found, "o", color=PALETTE["blue"], mfc="white")
     left.text(0.28, 0.72, "lower one alone", rotation=0)
     left.text(0.55, 1.03, "both")
@@ -69,7 +52,7 @@ def draw_walled(figure: Figure) -> str:
     left.set_ylim(0.55, 1.12)
     left.set_xlabel("friction between the sliders")
     left.set_ylabel("force at which something moves")
-    for run, name in zip(creeping(), COLOURS, strict=False):
+    for run, name in zip(bodies.creeping(), COLOURS, strict=False):
         label = rf"$\varepsilon={run.width:g}$"
         right.semilogy(run.t[1:], run.x[1:, 0], color=PALETTE[name], label=label)
     right.set_xlim(0.0, run.t[-1])
@@ -79,10 +62,10 @@ def draw_walled(figure: Figure) -> str:
     right.legend(loc="upper left", ncols=3)
     for ax, letter in ((left, "a"), (right, "b")):
         panel_letter(ax, letter)
-    ground, wall, _ = (contact.static for contact in WALLED.contacts)
+    ground, wall, _ = (contact.static for contact in bodies.WALLED.contacts)
     return (
         f"Two sliders and a wall (friction {ground:g} and {wall:g}): (a) force at which something "
-        f"moves; (b) creep of smooth friction at {HELD:g} of that force, where the exact "
+        f"moves; (b) creep of smooth friction at {bodies.HELD:g} of that force, where the exact "
         "displacement is 0."
     )
 
@@ -90,43 +73,43 @@ def draw_walled(figure: Figure) -> str:
 def draw_clutch(figure: Figure) -> str:
     """Draw the slip of a clutch over time: exact, and with smooth friction."""
     ax = figure.add_subplot()
-    for run, name in zip(smooth_clutches(), COLOURS, strict=False):
+    for run, name in zip(clutches.smooth_clutches(), COLOURS, strict=False):
         label = rf"$\varepsilon={run.width:g}$"
         ax.semilogy(run.t, run.v[:, 0] - run.v[:, 1], color=PALETTE[name], label=label)
-        ax.axhline(CLUTCH.slip(run.width), color=PALETTE["grey"], lw=0.6, ls=DASHED)
-    before = CLUTCH.lock * (1.0 - np.geomspace(1e-6, 1.0, 400)[::-1])
-    t = np.append(before, [CLUTCH.lock, WATCHED])
-    slip = -np.diff(CLUTCH.motion(WATCHED).v(t))[:, 0]
+        ax.axhline(clutches.CLUTCH.slip(run.width), color=PALETTE["grey"], lw=0.6, ls=DASHED)
+    before = clutches.CLUTCH.lock * (1.0 - np.geomspace(1e-6, 1.0, 400)[::-1])
+    t = np.append(before, [clutches.CLUTCH.lock, clutches.WATCHED])
+    slip = -np.diff(clutches.CLUTCH.motion(clutches.WATCHED).v(t))[:, 0]
     slips = slip > 1e-5
     ax.semilogy(t[slips], slip[slips], color=PALETTE["black"], label="exact")
-    ax.set_xlim(0.0, WATCHED)
+    ax.set_xlim(0.0, clutches.WATCHED)
     ax.set_ylim(1e-5, 5.0)
     ax.set_xlabel("time")
     ax.set_ylabel("slip of the clutch")
     ax.legend(loc="lower right")
     return (
-        f"A clutch closes: its slip is 0 from {CLUTCH.lock:g} on, exactly; with smooth friction "
-        "it keeps the slip of a formula (dashed) for ever."
+        f"A clutch closes: its slip is 0 from {clutches.CLUTCH.lock:g} on, exactly; with smooth "
+        "friction it keeps the slip of a formula (dashed) for ever."
     )
 
 
 def draw_train(figure: Figure) -> str:
     """Draw speeds of the train's inertias over time, and a part of it with published values."""
-    t = np.linspace(0.0, END, 1501)
-    v = np.array([train().speeds(s) for s in t.tolist()])
+    t = np.linspace(0.0, clutches.END, 1501)
+    v = np.array([clutches.train().speeds(s) for s in t.tolist()])
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
     for ax in (left, right):
         for k in range(4):
             colour, label = PALETTE[COLOURS[k]], f"inertia {k + 1}"
             ax.plot(t, v[:, k], color=colour, label=label, zorder=3.0 - 0.1 * k)
         ax.set_xlabel("time")
-    for time, _, _ in train().events:
+    for time, _, _ in clutches.train().events:
         left.axvline(time, color=PALETTE["light"], lw=0.6, zorder=0)
-    left.set_xlim(0.0, END)
+    left.set_xlim(0.0, clutches.END)
     left.set_ylim(-0.2, 10.2)
     left.set_ylabel("speed")
     left.legend(loc="upper right")
-    rows = np.array(MWORKS_ROWS)
+    rows = np.array(clutches.MWORKS_ROWS)
     for k, mark in ((1, "s"), (2, "o")):
         colour = PALETTE[COLOURS[k + 1]]
         right.plot(rows[:, 0], rows[:, k], mark, color=colour, mfc="white", ms=3.0)

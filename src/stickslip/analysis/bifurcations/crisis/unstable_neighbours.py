@@ -15,6 +15,7 @@ from stickslip.analysis.branches.along.tracked import (
     TurningPoint,
 )
 from stickslip.analysis.maps.protocol import domain_width
+from stickslip.numerics.zeros import halved
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -146,11 +147,7 @@ def on_border(
     leaves = ~stays(x[:, 1:])
     k = np.flatnonzero(leaves.any(axis=1))
     first = leaves[k].argmax(axis=1)
-    inside, outside = x[k, first], x[k, first + 1]
-    for _ in range(np.finfo(np.float64).nmant):
-        middle = 0.5 * (inside + outside)
-        kept = stays(middle)
-        inside, outside = np.where(kept, middle, inside), np.where(kept, outside, middle)
+    inside, outside = halved(stays, x[k, first], x[k, first + 1], np.finfo(np.float64).nmant)
     width = domain_width(fast)
     paths = fast.iterate(np.stack([inside, outside], axis=-1), FOLLOWED)
     for place, (one, other) in zip(k.tolist(), paths, strict=True):
@@ -210,12 +207,9 @@ def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float,
 
 def _halved(fast: InterpolatedMap, a: float, b: float, period: int) -> float:
     """Halve a bracket of a zero of f^p(x) - x until Newton's method can take over."""
-    at_a = float(fast.iterate(a, period)[-1]) - a
-    for _ in range(HALVINGS):
-        middle = 0.5 * (a + b)
-        off = float(fast.iterate(middle, period)[-1]) - middle
-        if (off < 0) == (at_a < 0):
-            a = middle
-        else:
-            b = middle
-    return 0.5 * (a + b)
+
+    def falls(x: float) -> bool:
+        return float(fast.iterate(x, period)[-1]) < x
+
+    below = falls(a)
+    return 0.5 * sum(halved(lambda x: falls(x) == below, a, b, HALVINGS))
