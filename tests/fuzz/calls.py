@@ -730,7 +730,15 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         landing,
         {**at_point([1.0, 0.1]), "contains": {"d": [1.0, 0.1]}, "spread": {"n": 3}},
     ),
-    "LineReturnMap": (returning, {**EVENT_MAP, **at_point(1.0)}),
+    "LineReturnMap": (
+        returning,
+        {
+            **EVENT_MAP,
+            **at_point(1.0),
+            # where `state` has the phase 1
+            "point": {"x": [1.07015115293407], "v": [0.2], "t": 1.4285714285714286},
+        },
+    ),
     "Bifurcation": (lambda: bifurcations()[0], SAVE),
     "BifurcationList": (bifurcations, {**SAVE, "of_kind": {}}),
     "Curve": (orbit_branch, {**SAVE, "at": {"r": 3.1, "near": None}, "all_at": {"r": 3.1}}),

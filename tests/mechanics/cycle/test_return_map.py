@@ -277,6 +277,11 @@ def test_what_no_section_is_made_of_is_refused() -> None:
         f(-1.0)
     with pytest.raises(ValueError, match="no release"):
         f.point([0.0, 0.3, 0.2], [])
+    with pytest.raises(ValueError, match="t = "):
+        f.point([0.0, 0.3, 0.2], [], t=10**400)
+    for one in (f.state, f.begun):
+        with pytest.raises(ValueError, match="one point is needed"):
+            one([])
     chain = ss.Chain([1.0, 1.2, 0.9], alpha=1.1, V=0.1, friction=ss.Coulomb(mu=0.4))
     wide = ss.return_map(chain)
     assert wide.dimension == 4
@@ -284,6 +289,12 @@ def test_what_no_section_is_made_of_is_refused() -> None:
         ss.periodic_orbits(wide)
     with pytest.raises(ValueError, match="4 finite numbers"):
         wide([0.0, 1.0])
+    with pytest.raises(ValueError, match="d = None"):
+        wide.contains(None)
+    with pytest.raises(ValueError, match="hold 4 numbers"):
+        wide.contains(0.5)
+    with pytest.raises(ValueError, match="one global stick phase"):
+        ss.simulate(chain, d=[[0.1, 0.2]], t_end=1.0)
 
 
 def test_orbits_are_followed_across_the_turn_of_the_phase() -> None:

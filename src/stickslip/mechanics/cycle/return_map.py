@@ -11,7 +11,14 @@ import numpy as np
 from stickslip import status as status_codes
 from stickslip.analysis.maps.derived import LineMap
 from stickslip.analysis.maps.protocol import Mechanism, box_points, checked_points, reduced
-from stickslip.checks import checked_interval, one_of, real_numbers, shown, whole_number
+from stickslip.checks import (
+    checked_interval,
+    finite_number,
+    one_of,
+    real_numbers,
+    shown,
+    whole_number,
+)
 from stickslip.mechanics.cycle.chart import PHASE, Chart, chart, states_of
 from stickslip.mechanics.cycle.shooting import size_of
 from stickslip.mechanics.eventmap.backend import ScalarBackend
@@ -155,6 +162,8 @@ class SectionMap(ModelMap):
         the map.
         """
         row = np.ravel(self._admit(d))
+        if row.size != self.dimension:
+            raise ValueError(f"d = {shown(d)}: one point is needed, {self.dimension} numbers.")
         section, plant = self.chart.section, self.model.plant
         t = float(row[0]) * section.period / TURN
         z = section.into @ np.concatenate([plant.waves(t), row, [1.0]])
@@ -166,6 +175,7 @@ class SectionMap(ModelMap):
         ValueError if the state is not on it.
         """
         plant, section = self.model.plant, self.chart.section
+        t = finite_number("t", t)
         position, velocity = checked_state(self.model, x, v)
         z = np.concatenate([plant.waves(t), plant.coordinates(position, velocity, t), [1.0]])
         off = self.chart.conditions(plant.reduced) @ z
@@ -255,7 +265,12 @@ class ReturnMap(SpaceMap, SectionMap):
 
         A phase has no ends where its range is a period.
         """
-        points = reduced(self, np.asarray(d, dtype=np.float64))
+        points = real_numbers("d", d)
+        if points.shape[-1:] != (self.dimension,):
+            raise ValueError(
+                f"d = {shown(d)}: the last axis of points must hold {self.dimension} numbers."
+            )
+        points = reduced(self, points)
         inside = np.isfinite(points)
         if self._window is not None:
             low, high = np.array(self._window).T

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
-from stickslip.checks import finite_number, one_of, real_numbers, whole_number
+from stickslip.checks import finite_number, one_of, real_numbers, shown, whole_number
 from stickslip.mechanics.flow.engine import EngineName, block_engine, engine_for, tolerance
 from stickslip.mechanics.flow.recorder import (
     BlocksRecorder,
@@ -484,6 +484,8 @@ def start(
         if model.n_blocks == 2:
             d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
         phase = np.atleast_1d(model.admit(d))
+        if phase.ndim > 1:
+            raise ValueError(f"d = {shown(d)}: one global stick phase is needed, not an array.")
         recorder.start_on_belt(phase)
         return Origin(None, None, phase, recorder.rtol)
     state = checked_state(model, x, v)
