@@ -66,10 +66,6 @@ class BreakpointProblem(Problem):
             system=f,
         )
 
-    def row(self, curve: Curve, row: int) -> Breakpoint:
-        """Find it again at the parameter of the row."""
-        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
-
 
 def follow_breakpoint(
     point: Breakpoint | TrackedDiscontinuity,

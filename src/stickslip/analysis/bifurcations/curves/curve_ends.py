@@ -129,7 +129,7 @@ def _extrapolated(
             ways = [_lagrange(LOOK_BACK, before, length) for length in lengths]
             nodes = [replace(last, y=y, note=equations(y)[2]) for y in ways]
         gaps = [distance(node) for node in nodes]
-    except (ConditionLost, LeavesRegion):
+    except LeavesRegion:
         return None
     if len(set(gaps)) < len(gaps):
         return None

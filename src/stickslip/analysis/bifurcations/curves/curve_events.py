@@ -16,11 +16,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.plane_equations import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
-from stickslip.analysis.branches.along.tracked import (
-    ConditionLost,
-    TrackedDiscontinuity,
-    break_between,
-)
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, break_between
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
@@ -188,7 +184,7 @@ def _crossing(
     try:
         node = curve.between(a, b, distance) if distance(a) * distance(b) < 0 else b
         met = None if border is None else border.at(map_at(equations, node))
-    except (StepTooLong, LeavesRegion, ConditionLost):
+    except (StepTooLong, LeavesRegion):
         node, met = b, None
     if met is not None and met.kind == "smooth":
         return None

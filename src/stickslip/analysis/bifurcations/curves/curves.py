@@ -62,12 +62,6 @@ class PlaneProblem(Problem):
 
     picture: ClassVar = "bifurcations.draw_curve"
 
-    def row(self, curve: Curve, row: int) -> Bifurcation:
-        """Solve for it again at the row's value of the varied parameter."""
-        found: Bifurcation
-        found = self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
-        return found
-
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the other parameter, on a straight line between two rows."""
         return np.atleast_1d(between(curve.parameters[other_parameter(curve, name)], row, share))
@@ -130,7 +124,7 @@ def follow_bifurcation(
         equations = _equations(plane, start.reading, start.value, s, high - low)
         follower = _ConditionFollower(item, equations, low, high)
         first = follower.curve.point(equations.unknowns(start.reading, start.value, s))
-    except (ConditionLost, LeavesRegion, StepTooLong) as reason:
+    except (LeavesRegion, StepTooLong) as reason:
         raise ValueError(
             f"there is no such bifurcation near {name} = {s:.12g}, {solve_for} = {q:.12g}: "
             f"{reason}. Take the system in which it was found."

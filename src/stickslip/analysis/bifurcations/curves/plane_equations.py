@@ -14,15 +14,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.conditions.conditions import Fold, Reading
+from stickslip.analysis.bifurcations.conditions.conditions import Fold, fold_reading
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of, rounding
+from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
-    from stickslip.analysis.bifurcations.conditions.conditions import Condition
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.conditions.orbit_paths import Path
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
@@ -93,13 +92,10 @@ class PlaneEquations:
         return np.array([reading.value]), self.gradient[None, :].copy(), reading
 
     def read(self, y: Floats) -> Reading:
-        """Evaluate the condition; a `LeavesRegion` where it is lost."""
+        """Evaluate the condition from the nearest accepted reading."""
         distances = [float(np.linalg.norm((y - at) / self.scale)) for at, _ in self.accepted]
         condition = self.accepted[int(np.argmin(distances))][1]
-        try:
-            return condition.at(self.plane.map_at(float(y[0]), float(y[1])))
-        except ConditionLost as lost:
-            raise LeavesRegion(lost.reason) from lost
+        return condition.at(self.plane.map_at(float(y[0]), float(y[1])))
 
     def restart(self, y: Floats | None = None) -> None:
         """Take the gradient by differences, at an accepted point or the last one of these."""
@@ -198,27 +194,13 @@ class FoldEquations:
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
         """Return both equations, their Jacobian and the reading."""
         x, q, s = map(float, y)
-        try:
-            f = self.plane.map_at(q, s)
-            path, slope, curvature = bend(f, self.period, x, BEND * domain_width(f))
-            value = path.points[-1] - x
-            columns = [
-                self._moved(y, k, FOLD_DIFFERENCE * self.scale[k], path, slope) for k in (1, 2)
-            ]
-        except ConditionLost as lost:
-            raise LeavesRegion(lost.reason) from lost
+        f = self.plane.map_at(q, s)
+        path, slope, curvature = bend(f, self.period, x, BEND * domain_width(f))
+        value = path.points[-1] - x
+        steps = FOLD_DIFFERENCE * self.scale
+        columns = [self._moved(y, k, steps[k], path, slope) for k in (1, 2)]
         jacobian = np.column_stack([(slope - 1.0, curvature), *columns])
-        reading = Reading(
-            value=value,
-            noise=rounding(f, path),
-            points=path.points[:-1],
-            multipliers=(slope,),
-            condition=Fold(self.period, path.points[:-1]),
-            labels=path.labels,
-            visited=path.points[:-1],
-            curvature=curvature,
-        )
-        return np.array([value, slope - 1.0]), jacobian, reading
+        return np.array([value, slope - 1.0]), jacobian, fold_reading(f, path, curvature, value)
 
     def restart(self, y: Floats | None = None) -> None:
         """Nothing to take anew: the Jacobian is exact everywhere."""

@@ -25,6 +25,7 @@ from stickslip.analysis.branches.mesh import Nodes
 from stickslip.analysis.branches.table import RESOLUTION, branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.numerics.continuation import LeavesRegion
 from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
 
@@ -48,12 +49,8 @@ FAN: Final = 33  # points between which the end of a piece is looked for
 FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may have moved
 
 
-class ConditionLost(Exception):
-    """What a condition asks for does not exist at these parameter values."""
-
-    def __init__(self, reason: str) -> None:
-        super().__init__(reason)
-        self.reason = reason
+class ConditionLost(LeavesRegion):
+    """What a condition asks for does not exist at these parameter values; the cause is a text."""
 
 
 @part
