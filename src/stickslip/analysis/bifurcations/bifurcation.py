@@ -425,10 +425,7 @@ class BifurcationList(ResultList[Bifurcation]):
         *("quality", "in_cascade", "note"),
     )
     _plot: ClassVar = "bifurcations.draw_bifurcations"
-
-    @property
-    def _items(self) -> tuple[Bifurcation, ...]:
-        return self.bifurcations
+    _of: ClassVar = "bifurcations"
 
     def of_kind(self, *kinds: str) -> tuple[Bifurcation, ...]:
         """Those of one of the kinds.

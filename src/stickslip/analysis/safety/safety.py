@@ -197,10 +197,6 @@ class SafetyList(ResultList[Safety]):
     _column_names: ClassVar = Safety._column_names
     _plot: ClassVar = "safety.draw_safeties"
 
-    @property
-    def _items(self) -> tuple[Safety, ...]:
-        return self.items
-
     def __repr__(self) -> str:
         """Table."""
         head = f"SafetyList: {len(self)} values of {self.parameter}{'; ' * bool(self.lost)}"
