@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
+from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
 from stickslip.results.parts import part
 
@@ -90,6 +91,15 @@ class Pieces:
             source,
             order,
         )
+
+
+def spread_over_open(edges: Floats, index: Integers, shares: Floats) -> Floats:
+    """Points of what is undecided, one at a share (0 to 1) of each of as many equal parts."""
+    open_ = np.flatnonzero(index == UNDECIDED)
+    ends = np.cumsum(np.diff(edges)[open_])
+    place = ends[-1] * (np.arange(len(shares)) + shares) / len(shares)
+    k = np.clip(np.searchsorted(ends, place, side="right"), 0, len(open_) - 1)
+    return np.asarray(edges[open_[k] + 1] - (ends[k] - place))
 
 
 def first_pieces(f: Map1D, table: Laps, unknown: Floats, known: Sequence[Attractor]) -> Pieces:
@@ -204,13 +214,13 @@ def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | Non
     falling = at_b < at_a
 
     # Cuts of each piece from left to right, as positions among the edges that its image crosses.
-    owner, step = _runs(last - first)
+    owner, step = runs(last - first)
     crossed = np.where(falling[owner], last[owner] - 1 - step, first[owner] + step)
     target = pieces.edges[crossed]
     a, b = pieces.edges[todo], pieces.edges[todo + 1]
     cuts = np.clip(table.inverse(pieces.lap[todo][owner], target), a[owner], b[owner])
 
-    part, step = _runs(last - first + 1)
+    part, step = runs(last - first + 1)
     fate = fates[np.where(falling[part], last[part] - step, first[part] + step)]
     starts, stops = step == 0, step == (last - first)[part]
     fresh = (
@@ -241,12 +251,6 @@ def _edges_inside(
     first = np.searchsorted(edges, np.minimum(low + slack, middle), side="right")
     last = np.searchsorted(edges, np.maximum(high - slack, middle), side="left")
     return first, np.maximum(first, last)
-
-
-def _runs(count: Integers) -> tuple[Integers, Integers]:
-    """Count 0 ... count - 1 for each owner, one after the other: (owner, number)."""
-    owner = np.repeat(np.arange(len(count)), count)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
 
 
 def _with_parts(pieces: Pieces, todo: Integers, fresh: tuple[Any, ...]) -> Pieces:

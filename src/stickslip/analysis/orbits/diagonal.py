@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
+from stickslip.analysis.branches.mesh import slope_extremes
 from stickslip.analysis.orbits.orbit import NearFold
 
 if TYPE_CHECKING:
@@ -282,11 +283,8 @@ def _cubic_slopes(parts: Brackets, error: Floats) -> tuple[Floats, Floats]:
     s0, s1 = parts.slope_left, parts.slope_right
     with np.errstate(all="ignore"):
         mean = (parts.right[:, -1] - parts.left[:, -1]) / parts.width
-        b, c = 6 * mean - 4 * s0 - 2 * s1, 3 * (s0 + s1 - 2 * mean)
-        t = -b / (2 * c)
-        inner = np.where((t > 0) & (t < 1), s0 + b * t / 2, s0)
-    low = np.minimum(np.minimum(s0, s1), inner) - error
-    high = np.maximum(np.maximum(s0, s1), inner) + error
+        low, high = slope_extremes(mean, s0, s1)
+    low, high = low - error, high + error
     # Rounding in the mean slope of a narrow part is no bend.
     noise = 4 * EPS * np.abs(parts.right[:, -1]) / np.maximum(parts.width, EPS)
     trusted = error <= TRUSTED * np.maximum(np.maximum(np.abs(s0), np.abs(s1)), 1.0)

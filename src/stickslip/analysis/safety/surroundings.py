@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from stickslip.analysis.attractors.attractors import spread_points
-from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED
+from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, spread_over_open
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
 from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates, sample_values
 from stickslip.analysis.interpolation.interpolated import stand_in
@@ -160,11 +160,7 @@ class LineSurroundings:
         """Find the nearest of what is known to be foreign, and of samples of what is not proved."""
         edges, index = self.basins.edges, self.basins.index
         foreign = np.flatnonzero((index != self.k) & (index != UNDECIDED))
-        open_ = np.flatnonzero(index == UNDECIDED)
-        ends = np.cumsum(np.diff(edges)[open_])
-        place = ends[-1] * (np.arange(n_samples) + 0.5) / n_samples
-        k = np.minimum(np.searchsorted(ends, place, side="right"), len(open_) - 1)
-        tried = edges[open_[k] + 1] - (ends[k] - place)
+        tried = spread_over_open(edges, index, np.full(n_samples, 0.5))
         x = np.concatenate([edges[[0, -1]], edges[foreign], edges[foreign + 1], tried])
         known = np.concatenate([[LEFT, LEFT], index[foreign], index[foreign]])
         fate = np.concatenate([known, self.fate(tried[:, None])])

@@ -128,7 +128,8 @@ class TrackedDiscontinuity:
         """Find the break in a map with other parameter values, of the map's kind and labels."""
         # If its branches no longer meet, a break that shares one may take its place.
         whole: Map1D = getattr(f, "whole", f)
-        reading = _by_labels(whole, self) if self.labelled else None
+        # Several conditions on one break are read off the same map.
+        reading = _by_labels(whole, self, self.reach) if self.labelled else None
         if reading is None:
             if self.labelled and not successors:
                 raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
@@ -226,13 +227,9 @@ class NearDiscontinuity:
         return values_and_slopes(self.f, x)
 
 
-def _by_labels(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None:
+@remembered
+def _by_labels(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalReading | None:
     """Find a border by the labels of its two branches; None where these do not meet."""
-    return _closed_in_on(f, border, border.reach)
-
-
-@remembered  # several conditions on one break are read off the same map
-def _closed_in_on(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalReading | None:
     left, right = Branch.of(border.left_label), Branch.of(border.right_label)
     probe = Probe(f)
     found = find_change(probe, left, right, border.x, REACH * reach)
