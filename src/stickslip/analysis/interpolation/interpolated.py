@@ -270,7 +270,10 @@ class _Construction:
         best = self.kind[k].copy()
         plain = np.abs(_cubic(cells, x) - value)
         # Where f'''' vanishes in the middle, so does the error, but not its slope.
-        tilt = np.abs(_middle_slopes(cells) - slope) * (cells.x1 - cells.x0)
+        with np.errstate(all="ignore"):
+            mean = (cells.v1 - cells.v0) / (cells.x1 - cells.x0)
+            tilt = np.abs(1.5 * mean - 0.25 * (cells.s0 + cells.s1) - slope)
+            tilt *= cells.x1 - cells.x0
         plain = np.maximum(plain, TILT * tilt)
         off = np.where(best == 0, plain, np.abs(_values(cells, best, x) - value))
         for kind, ends in ((SQUARE_ROOT_LEFT, cells.x0), (SQUARE_ROOT_RIGHT, cells.x1)):
@@ -336,13 +339,6 @@ def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
 def _cubic(cells: Cells, x: Floats) -> Floats:
     """Cubic Hermite interpolant of each cell at one point of it."""
     return _values(cells, np.zeros(len(x), dtype=np.int64), x)
-
-
-def _middle_slopes(cells: Cells) -> Floats:
-    """Slope of each cell's cubic in the middle."""
-    with np.errstate(all="ignore"):
-        mean = (cells.v1 - cells.v0) / (cells.x1 - cells.x0)
-        return np.asarray(1.5 * mean - 0.25 * (cells.s0 + cells.s1))
 
 
 def _values(cells: Cells, kind: Integers, x: Floats) -> Floats:

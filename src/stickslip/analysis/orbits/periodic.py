@@ -228,8 +228,9 @@ class _Search:
         error = np.where(np.isfinite(found.error), found.error, 0.0)
         minimal = ~found.repeats(4 * error + SAME * self.scale)
         brackets, found = brackets.take(minimal), found.take(minimal)
-        once = self._distinct(found)
-        self._append(brackets.take(once), found.take(once))
+        for k in self._distinct(found):
+            if not self._is_on_border(brackets.word[k], found.points[k]):
+                self.orbits.append(self._orbit(brackets, found, k))
 
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
         """Solve each bracket: Newton from a guess by inverse branches, else after halving."""
@@ -238,7 +239,9 @@ class _Search:
         if failed.size:
             shrunk = self._shrunk(brackets.take(failed))
             middle = 0.5 * (shrunk.left + shrunk.right)[:, :-1]
-            found = _with_rows(found, failed, self._polished(shrunk, middle))
+            better = self._polished(shrunk, middle)
+            for one in fields(found):
+                getattr(found, one.name)[failed] = getattr(better, one.name)
         return brackets, found
 
     def _guess(self, brackets: Brackets) -> Floats:
@@ -295,14 +298,6 @@ class _Search:
 
     # ------------------------------------------------------------------ as results
 
-    def _append(self, brackets: Brackets, found: Polished) -> None:
-        """Describe orbits and add them, except those on a jump or on the edge of a gap."""
-        if not len(brackets):
-            return
-        for k in range(len(brackets)):
-            if not self._is_on_border(brackets.word[k], found.points[k]):
-                self.orbits.append(self._orbit(brackets, found, k))
-
     def _is_on_border(self, word: Indices, points: Floats) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
         period = len(points)
@@ -350,12 +345,6 @@ def _from_smallest(points: Floats) -> Floats:
     n, p = points.shape
     start = np.argmin(points, axis=1)
     return points[np.arange(n)[:, None], (start[:, None] + np.arange(p)) % p]
-
-
-def _with_rows(found: Polished, index: Indices, other: Polished) -> Polished:
-    for one in fields(found):
-        getattr(found, one.name)[index] = getattr(other, one.name)
-    return found
 
 
 def orbits_through_jumps(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -97,7 +97,12 @@ def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantit
         yield _Quantity("cusp", what, lambda node: node.note.curvature)
     elif isinstance(condition, Flip):
         what = "super- and subcritical flips meet, and a fold of the doubled orbit begins"
-        yield _Quantity("generalised flip", what, lambda node: _coefficient(equations, node))
+
+        def cubic(node: CurvePoint) -> float:
+            found = flip_coefficient(map_at(equations, node), node.note.points)
+            return found.value if found.criticality is not None else 0.0
+
+        yield _Quantity("generalised flip", what, cubic)
     elif isinstance(condition, Connection):
         for at in (1, -1):
             what = f"the multiplier of the orbit that is met passes {at}"
@@ -119,10 +124,10 @@ def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
     # Of a smooth break both are rounding.
     if condition.border.kind == "corner":
         what = "the slopes on both sides of the corner agree: the map is smooth there"
-        yield _Quantity("kind of border", what, _bend)
+        yield _Quantity("kind of border", what, lambda node: _step(node, "slope"))
     if condition.border.kind == "jump":
         what = "the jump closes: the map is continuous there"
-        yield _Quantity("kind of border", what, _jump)
+        yield _Quantity("kind of border", what, lambda node: _step(node, "value"))
 
 
 def _less(index: int, at: int) -> Callable[[CurvePoint], float]:
@@ -132,14 +137,10 @@ def _less(index: int, at: int) -> Callable[[CurvePoint], float]:
     return of
 
 
-def _bend(node: CurvePoint) -> float:
-    border: CriticalReading = node.note.critical
-    return border.right_slope - border.left_slope
-
-
-def _jump(node: CurvePoint) -> float:
-    border: CriticalReading = node.note.critical
-    return border.right - border.left
+def _step(node: CurvePoint, what: Literal["value", "slope"]) -> float:
+    """Return how much the value or the slope changes across a border."""
+    one_sided = getattr(node.note.critical, what)
+    return float(one_sided(1) - one_sided(-1))
 
 
 def _kind(reading: Reading) -> str:
@@ -154,11 +155,6 @@ def _changed_kind(equations: Equations, a: CurvePoint, b: CurvePoint) -> Event:
         what = f"the {old} between these two branches becomes smooth: nothing happens there beyond"
     step = float(np.linalg.norm((b.y - a.y) / equations.scale))
     return Event("kind of border", what, closest_to_end(equations, a, step), new == "smooth")
-
-
-def _coefficient(equations: Equations, node: CurvePoint) -> float:
-    found = flip_coefficient(map_at(equations, node), node.note.points)
-    return found.value if found.criticality is not None else 0.0
 
 
 def map_at(equations: Equations, node: CurvePoint) -> MapFamily:
