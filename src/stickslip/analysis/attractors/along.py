@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.recurrence import confirmed, recurrences
+from stickslip.analysis.attractors.recurrence import SAME_POINT, confirmed, recurrences, same_cycle
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
 
 if TYPE_CHECKING:
@@ -265,11 +265,7 @@ class _Look:
         cycle = confirmed(self.f, points, moved)
         if cycle is None or not cycle.stable:
             return False
-        if not any(self._same(cycle.points, other) for other in self._all_cycles()):
+        near = SAME_POINT * self.width
+        if not any(same_cycle(cycle.points, other, near) for other in self._all_cycles()):
             self.found.append(Motion("periodic", cycle.points, cycle.exponent))
         return True
-
-    def _same(self, one: Floats, other: Floats) -> bool:
-        if len(one) != len(other):
-            return False
-        return bool(np.abs(np.sort(one) - np.sort(other)).max() <= 1e-7 * self.width)

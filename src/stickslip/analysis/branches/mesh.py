@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -111,29 +111,6 @@ class Nodes:
         """Tell for each cell whether its two nodes have the same label, or both no value."""
         same: Bools = (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
         return same
-
-
-class Prober(Protocol):
-    """What limits are taken from: a map that can be evaluated, and its scales."""
-
-    @property
-    def f(self) -> Map1D:
-        """The map."""
-
-    @property
-    def resolution(self) -> float:
-        """Distance from a break at which its limits are taken."""
-
-    @property
-    def value_scale(self) -> float:
-        """Range of the map's values."""
-
-    @property
-    def slope_scale(self) -> float:
-        """Mean steepness."""
-
-    def slopes(self, x: Floats) -> tuple[Floats, Floats]:
-        """Values and slopes of the map at points."""
 
 
 @dataclass

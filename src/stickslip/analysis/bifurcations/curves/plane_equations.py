@@ -76,12 +76,13 @@ class PlaneEquations:
     @classmethod
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> PlaneEquations:
         """Set the scales (``width``: of ``along``), take the first gradient by differences."""
-        steps = (DIFFERENCE * max(abs(q), FLAT * width), DIFFERENCE * width)
-        by_q, by_s = _gradient(plane, start.condition, (q, s), steps)
+        here = np.array([q, s])
+        steps = DIFFERENCE * np.array([max(abs(q), FLAT * width), width])
+        gradient = _gradient(plane, start.condition, here, steps)
+        by_q, by_s = gradient.tolist()
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
         scale = np.array([scale_between(steep, q, width), width])
-        here = np.array([q, s])
-        return cls(plane, [(here, start.condition)], scale, np.array([by_q, by_s]))
+        return cls(plane, [(here, start.condition)], scale, gradient)
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
         """Return the test function, its gradient and the reading."""
@@ -103,10 +104,8 @@ class PlaneEquations:
             here, condition = self.accepted[-1]
         else:
             here, condition = min(self.accepted, key=lambda at: float(np.abs(at[0] - y).max()))
-        where = (float(here[0]), float(here[1]))
-        steps = (DIFFERENCE * float(self.scale[0]), DIFFERENCE * float(self.scale[1]))
         with contextlib.suppress(ConditionLost):
-            self.gradient = np.array(_gradient(self.plane, condition, where, steps))
+            self.gradient = _gradient(self.plane, condition, here, DIFFERENCE * self.scale)
         self.last, self.doubts = None, 0
 
     def accept(self, y: Floats, reading: Reading) -> None:
@@ -140,31 +139,22 @@ def scale_between(steep: float, q: float, width: float) -> float:
     return min(max(steep, smallest), LARGEST * max(abs(q), width))
 
 
-def _gradient(
-    plane: Plane, condition: Condition, at: tuple[float, float], steps: tuple[float, float]
-) -> tuple[float, float]:
-    """Differentiate a test function with respect to solve_for and along."""
-    by_q = _difference(plane, condition, at, (steps[0], 0.0))
-    return by_q, _difference(plane, condition, at, (0.0, steps[1]))
-
-
-def _difference(
-    plane: Plane, condition: Condition, at: tuple[float, float], step: tuple[float, float]
-) -> float:
-    """Differentiate a test function by a difference, from one side if the other is lost."""
-    ends = []
-    for sign in (1.0, 0.0, -1.0):
-        point = (at[0] + sign * step[0], at[1] + sign * step[1])
-        try:
-            ends.append((sign, condition.at(plane.map_at(*point)).value))
-        except ConditionLost:
-            continue
-        if len(ends) == 2 and ends[0][0] == 1.0:
-            break
-    if len(ends) < 2:
-        raise ConditionLost("there is no room for a curve around its start")
-    (first, g_first), (last, g_last) = ends[0], ends[-1]
-    return (g_first - g_last) / ((first - last) * (step[0] + step[1]))
+def _gradient(plane: Plane, condition: Condition, at: Floats, steps: Floats) -> Floats:
+    """Differentiate a test function by solve_for and along, from one side if the other is lost."""
+    found = []
+    for step in np.diag(steps):
+        ends: list[tuple[float, float]] = []
+        for sign in (1.0, 0.0, -1.0):
+            with contextlib.suppress(ConditionLost):
+                f = plane.map_at(*(at + sign * step).tolist())
+                ends.append((sign, condition.at(f).value))
+            if len(ends) == 2 and ends[0][0] == 1.0:
+                break
+        if len(ends) < 2:
+            raise ConditionLost("there is no room for a curve around its start")
+        (first, g_first), (last, g_last) = ends[0], ends[-1]
+        found.append((g_first - g_last) / ((first - last) * float(step.sum())))
+    return np.array(found)
 
 
 @dataclass
