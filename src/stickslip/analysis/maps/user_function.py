@@ -91,8 +91,9 @@ def takes_arrays(role: str, func: Function, x: Floats, parameters: Mapping[str, 
         one_by_one = apply(func, x, parameters, in_arrays=False)
     except Exception as reason:
         name = getattr(func, "__name__", type(func).__name__)
+        keywords = "".join(f", {each}=..." for each in parameters)
         raise ValueError(
-            f"{role} = {name}: the call {name}(x{_keywords(parameters)}) failed at "
+            f"{role} = {name}: the call {name}(x{keywords}) failed at "
             f"x = {x[0]:.6g} with {type(reason).__name__}: {reason}. It must accept a "
             "point of the domain and every parameter by its name, and return a number."
         ) from reason
@@ -110,10 +111,6 @@ def checked_callable(role: str, func: object) -> None:
             f"{role} = {shown(func)} cannot be called: a function of the point and of the "
             "parameters by name is needed."
         )
-
-
-def _keywords(parameters: Mapping[str, float]) -> str:
-    return "".join(f", {name}=..." for name in parameters)
 
 
 def as_labels(numbers: NDArray[Any]) -> Labels:

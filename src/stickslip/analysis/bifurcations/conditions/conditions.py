@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
 import numpy as np
 
@@ -296,11 +296,7 @@ class Contact:
     side: int  # of the critical point, -1 or 1; of no account at a turning point
     k: int  # applications of the map
     border: TrackedDiscontinuity | DomainEnd
-
-    @property
-    def period(self) -> int:
-        """0: no orbit is concerned."""
-        return 0
+    period: ClassVar = 0  # no orbit is concerned
 
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` without c, b, or an image of c."""

@@ -99,16 +99,8 @@ class PlaneOrbit:
         """Return the points of the orbit, (p, n)."""
         return y[: len(self.pieces) * len(self.size)].reshape(len(self.pieces), -1)
 
-    def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
-        """Return all equations, their Jacobian and what is known of the orbit."""
-        raise NotImplementedError
-
     def accept(self, note: Critical) -> None:
         """Get ready for the neighbourhood of a point."""
-
-    def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
-        """Yield functions that vanish at points of codimension two."""
-        raise NotImplementedError
 
     def orbit(self, f: FamilyND, points: Floats, s: float) -> tuple[Floats, Floats, Linearized]:
         """Return the residual of an orbit, its Jacobian by points, q and s, and the slopes."""
@@ -333,7 +325,7 @@ class CriticalFollower(PlaneFollower):
         known = self.plane, pieces, size, (max(abs(q), 1e-3 * width), width)
         turn = [angle] if self.which == "neimark_sacker" else []
         y = np.concatenate([points.ravel(), turn, [q, s]])
-        self.equations: PlaneOrbit
+        self.equations: CriticalEquations | BorderEquations
         if self.which in BORDERS:
             self.equations = border = BorderEquations(*known)
             if not border.choose(y):
@@ -384,10 +376,10 @@ class CriticalFollower(PlaneFollower):
             return self.end(stop.last, "a point of the orbit meets a break of the map")
         return self.end(stop.last, str(stop.cause) if stop.cause else stop.reason)
 
-    def described(self, notes: list[Any]) -> tuple[dict[str, Any], Problem]:
+    def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
         """Return the angles of the critical multipliers, and labels."""
-        angle = np.array([note.angle for note in notes])
-        labels = np.array([note.orbit.labels for note in notes])
+        angle = np.array([row.note.angle for row in rows])
+        labels = np.array([row.note.orbit.labels for row in rows])
         return {"angle": angle, "labels": labels}, CriticalProblem(self.plane.system)
 
 

@@ -9,7 +9,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import permutations
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias
 
 import numpy as np
 
@@ -148,11 +148,7 @@ class TurningPoint:
     x: float
     # how far it moved when it was followed last; 0 if never
     reach: float = field(default=0.0, compare=False)
-
-    @property
-    def kind(self) -> CriticalKind:
-        """``turning point``."""
-        return "turning point"
+    kind: ClassVar[CriticalKind] = "turning point"
 
     def at(self, f: Map1D) -> CriticalReading:
         """Find the turning point in a map with other parameter values, or raise `ConditionLost`."""
@@ -179,11 +175,7 @@ class DomainEnd:
 
     upper: bool
     x: float
-
-    @property
-    def kind(self) -> CriticalKind:
-        """``edge``."""
-        return "edge"
+    kind: ClassVar[CriticalKind] = "edge"
 
     def at(self, f: Map1D, *, successors: bool = True) -> CriticalReading:
         """Read the map off at its end, which nothing takes the place of."""
@@ -203,7 +195,7 @@ Critical: TypeAlias = TrackedDiscontinuity | TurningPoint | DomainEnd
 
 @dataclass(frozen=True)
 class NearDiscontinuity:
-    """What limits and kinds of breaks ask of a mesh, for one break (see `mesh.Prober`)."""
+    """What limits and kinds of breaks ask of a mesh, for one break."""
 
     f: Map1D
 
