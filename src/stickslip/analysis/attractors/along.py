@@ -216,7 +216,11 @@ class _Look:
             fate = int(self._fates(tail)[0])
             if fate != MOVING:
                 return fate
-            exponent, error = self._exponent(tail[0, -max(SLOPES, tail.shape[1] // 4) :])
+            late = tail[0, -max(SLOPES, tail.shape[1] // 4) :]
+            with np.errstate(divide="ignore"):
+                logs = np.log(np.abs(values_and_slopes(self.f, late)[1]))
+            exponent = float(logs.mean())
+            error = float(logs.std() / np.sqrt(logs.size))  # as if they were independent
             near = RECURRING if exponent <= 0.0 else SETTLED
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE
@@ -242,12 +246,6 @@ class _Look:
             if late < min(early, RECURRING * self.width):
                 return True
         return False
-
-    def _exponent(self, points: Floats) -> tuple[float, float]:
-        """Mean of log |f'| over points in a row, and its error as if they were independent."""
-        with np.errstate(divide="ignore"):
-            logs = np.log(np.abs(values_and_slopes(self.f, points)[1]))
-        return float(logs.mean()), float(logs.std() / np.sqrt(logs.size))
 
     def _settled(self, tail: Floats, near: float) -> bool:
         """Look for a stable cycle that the end of an orbit has come close to."""

@@ -233,11 +233,8 @@ def _with_orbits(level: _Level, family: Family) -> Bifurcation:
 
 
 def _cascade(chain: list[Bifurcation]) -> Cascade:
-    values = np.array([flip.value for flip in chain])
-    gaps = np.diff(values)
-    ratios = gaps[:-1] / gaps[1:]
-    value, error = _accumulation(chain)
-    return Cascade(tuple(chain), value, error, ratios)
+    ratios = _extrapolated(np.array([flip.value for flip in chain]))[1]
+    return Cascade(tuple(chain), *_accumulation(chain), ratios)
 
 
 def _accumulation(chain: list[Bifurcation]) -> tuple[float, float]:

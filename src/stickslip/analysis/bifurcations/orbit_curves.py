@@ -81,16 +81,12 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
     """Join all orbits of a survey to curves, once; ``concerned`` goes by the span's number."""
     with survey.joining:
         if survey.curves is None:
-            survey.curves = _curves(survey, concerned)
+            chains = orbit_chains(survey, concerned)
+            chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
+            curves = [columns_of(rows) for _, rows, _ in chains]
+            parts = zip(chains, curves, _labels_and_residuals(survey, curves), strict=True)
+            survey.curves = tuple(_joined(survey, *part) for part in parts)
         return survey.curves
-
-
-def _curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
-    chains = orbit_chains(survey, concerned)
-    chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
-    curves = [columns_of(rows) for _, rows, _ in chains]
-    known = _labels_and_residuals(survey, curves)
-    return tuple(_joined(survey, *what) for what in zip(chains, curves, known, strict=True))
 
 
 def orbit_chains(survey: Survey, concerned: dict[int, list[Concerned]]) -> list[Chain]:

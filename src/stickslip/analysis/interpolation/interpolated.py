@@ -212,7 +212,10 @@ class _Construction:
         self.allowed = fit * table.laps.value_scale
         wide = np.flatnonzero(table.laps.cells.x1 > table.laps.cells.x0)
         self.cells = table.laps.cells.take(wide)
-        self.kind = _singular_ends(self.cells)
+        # Cells with an infinite slope at one end hold a square root there.
+        at_left, at_right = ~np.isfinite(self.cells.s0), ~np.isfinite(self.cells.s1)
+        self.kind = np.where(at_right, SQUARE_ROOT_RIGHT, 0)
+        self.kind[at_left] = SQUARE_ROOT_LEFT
         lap_of_cell = np.repeat(np.arange(len(table.laps)), np.diff(table.laps.first_cell))
         self.error = _predicted_errors(self.cells, lap_of_cell[wide])
         self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
@@ -310,12 +313,6 @@ class _Construction:
             return float("inf")
         off = float(np.max(np.abs(value - found.evaluate(x).value)))
         return max(off, float(np.max(self.error[wide])))
-
-
-def _singular_ends(cells: Cells) -> Integers:
-    """Cells with an infinite slope at one end hold a square root there."""
-    at_left, at_right = ~np.isfinite(cells.s0), ~np.isfinite(cells.s1)
-    return np.where(at_left, SQUARE_ROOT_LEFT, np.where(at_right, SQUARE_ROOT_RIGHT, 0))
 
 
 def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:

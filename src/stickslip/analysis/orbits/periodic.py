@@ -281,7 +281,9 @@ class _Search:
 
     def _distinct(self, found: Polished) -> Indices:
         """Choose orbits that are not another one once more."""
-        points, error = _from_smallest(found.points), found.error.max(axis=1, initial=0.0)
+        (n, p), error = found.points.shape, found.error.max(axis=1, initial=0.0)
+        turns = np.argmin(found.points, axis=1)[:, None] + np.arange(p)  # the smallest point first
+        points = found.points[np.arange(n)[:, None], turns % p]
         order = np.argsort(points[:, 0], kind="stable")
         kept: list[int] = []
         for k in order:
@@ -338,13 +340,6 @@ class _Search:
         orbits, unresolved = orbits_through_jumps(pieces, self.table)
         self.orbits += orbits
         self.unresolved += unresolved
-
-
-def _from_smallest(points: Floats) -> Floats:
-    """Rotate each orbit so that it starts with its smallest point."""
-    n, p = points.shape
-    start = np.argmin(points, axis=1)
-    return points[np.arange(n)[:, None], (start[:, None] + np.arange(p)) % p]
 
 
 def orbits_through_jumps(
