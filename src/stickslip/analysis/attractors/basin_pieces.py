@@ -5,7 +5,7 @@ Each edge remembers which first edge it is a preimage of: docs/theory/attractors
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -255,29 +255,15 @@ def _edges_inside(
 
 def _with_parts(pieces: Pieces, todo: Integers, fresh: tuple[Any, ...]) -> Pieces:
     """Replace pieces by their parts; columns as in `Pieces`, of edges the left one only."""
-    keep = np.ones(len(pieces.index), dtype=np.bool_)
+    n = len(pieces.index)
+    keep = np.ones(n, dtype=np.bool_)
     keep[todo] = False
-    old = (
-        pieces.edges[:-1],
-        pieces.index,
-        pieces.lap,
-        pieces.value_left,
-        pieces.value_right,
-        pieces.source[:-1],
-        pieces.order[:-1],
-    )
-    columns = [np.concatenate([o[keep], n]) for o, n in zip(old, fresh, strict=True)]
+    old = [getattr(pieces, each.name) for each in fields(pieces)]
+    columns = [np.concatenate([o[:n][keep], new]) for o, new in zip(old, fresh, strict=True)]
     place = np.argsort(columns[0], kind="stable")
-    left, index, lap, value_left, value_right, source, order = (c[place] for c in columns)
-    return Pieces(
-        np.append(left, pieces.edges[-1]),
-        index,
-        lap,
-        value_left,
-        value_right,
-        np.append(source, pieces.source[-1]),
-        np.append(order, pieces.order[-1]),
-    ).joined()
+    # The last edge begins no piece.
+    whole = (np.append(c[place], o[n:]) for c, o in zip(columns, old, strict=True))
+    return Pieces(*whole).joined()
 
 
 @part

@@ -20,7 +20,7 @@ from stickslip.analysis.orbits.orbits_nd import (
     PeriodicOrbitND,
     is_minimal,
     make_orbit,
-    same_orbit,
+    same_points,
 )
 from stickslip.analysis.work import Work
 
@@ -125,7 +125,7 @@ class Search:
         for k, known in enumerate(self.sets):
             other = known.orbit
             if other is not None and other.period == orbit.period:
-                if same_orbit(self.f, other, orbit):
+                if same_points(self.f, other.points, orbit.points):
                     return k
         self.sets.append(_Set(orbit.points, orbit, 1.0, self._tree(orbit.points)))
         return len(self.sets) - 1

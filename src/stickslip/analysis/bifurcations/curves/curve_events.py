@@ -200,9 +200,8 @@ def meeting(node: CurvePoint, i: int, met: CriticalReading | None) -> Event:
     """Describe how point i of an orbit meets a break."""
     reading: Reading = node.note
     x = reading.visited[i]
-    what = f"the orbit meets another break, at {x:.12g}"
-    if met is not None:
-        what = f"the orbit meets another break, the {met.kind} at {x:.12g}"
+    kind = "" if met is None else f"the {met.kind} "
+    what = f"the orbit meets another break, {kind}at {x:.12g}"
     several = isinstance(reading.condition, Collision | Connection)
     ends = met is not None and met.kind in ("jump", "edge")
     return Event("second border" if several else "breakpoint", what, node, ends)

@@ -285,8 +285,5 @@ def replaced_sides(a: Reading, b: Reading) -> list[str]:
     old, new = a.critical.critical, b.critical.critical
     if not (isinstance(old, TrackedDiscontinuity) and isinstance(new, TrackedDiscontinuity)):
         return []
-    same = {
-        "left": old.left_label == new.left_label,
-        "right": old.right_label == new.right_label,
-    }
-    return [side for side in same if not same[side]]
+    labels = {"left": (old.left_label, new.left_label), "right": (old.right_label, new.right_label)}
+    return [side for side, (before, after) in labels.items() if before != after]

@@ -198,16 +198,12 @@ class NearDiscontinuity:
     """What limits and kinds of breaks ask of a mesh, for one break."""
 
     f: Map1D
+    slope_scale: ClassVar = 1.0  # mean steepness
 
     @property
     def value_scale(self) -> float:
         """Width of the domain: a map's values lie there, but for some that leave it."""
         return domain_width(self.f)
-
-    @property
-    def slope_scale(self) -> float:
-        """Mean steepness."""
-        return 1.0
 
     @property
     def resolution(self) -> float:
