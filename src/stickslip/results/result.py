@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, overload
 
@@ -189,14 +188,17 @@ class ResultList(Result, Sequence[Item]):
     """A sequence of results of one class, whose table joins theirs.
 
     Subclasses list the columns of an item in ``_column_names``, so that an empty list has them
-    too, and may name in ``_number`` a first column that counts the items from 1.
+    too, and may name in ``_number`` a first column that counts the items from 1; ``_of`` is the
+    field that holds them.
     """
 
     _number: ClassVar[str] = ""
+    _of: ClassVar[str] = "items"
 
     @property
-    @abstractmethod
-    def _items(self) -> tuple[Item, ...]: ...
+    def _items(self) -> tuple[Item, ...]:
+        items: tuple[Item, ...] = getattr(self, self._of)
+        return items
 
     def __len__(self) -> int:
         """Count."""

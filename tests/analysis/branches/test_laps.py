@@ -81,13 +81,13 @@ def test_values_at_a_jump_are_one_sided():
     assert slope.tolist() == [2.5, 2.5]
 
 
-def test_locate_takes_sides():
+def test_locate_takes_the_right_one_of_two_laps():
     laps = branch_table(examples.tent_with_hole(3.0)).laps
     assert laps.locate(np.array([0.0, 0.2, 0.5, 0.9, 1.0, 1.1, -0.1, np.nan])).tolist() == [
         0, 0, -1, 1, 1, -1, -1, -1,
     ]  # fmt: skip
     laps = branch_table(examples.tent()).laps
-    assert laps.locate(np.array([0.5, 0.5]), np.array([-1, 1])).tolist() == [0, 1]
+    assert laps.locate(np.array([0.5])).tolist() == [1]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.recurrence import confirmed, recurrences
+from stickslip.analysis.attractors.recurrence import SAME_POINT, confirmed, recurrences, same_cycle
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
 
 if TYPE_CHECKING:
@@ -216,7 +216,11 @@ class _Look:
             fate = int(self._fates(tail)[0])
             if fate != MOVING:
                 return fate
-            exponent, error = self._exponent(tail[0, -max(SLOPES, tail.shape[1] // 4) :])
+            late = tail[0, -max(SLOPES, tail.shape[1] // 4) :]
+            with np.errstate(divide="ignore"):
+                logs = np.log(np.abs(values_and_slopes(self.f, late)[1]))
+            exponent = float(logs.mean())
+            error = float(logs.std() / np.sqrt(logs.size))  # as if they were independent
             near = RECURRING if exponent <= 0.0 else SETTLED
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE
@@ -243,12 +247,6 @@ class _Look:
                 return True
         return False
 
-    def _exponent(self, points: Floats) -> tuple[float, float]:
-        """Mean of log |f'| over points in a row, and its error as if they were independent."""
-        with np.errstate(divide="ignore"):
-            logs = np.log(np.abs(values_and_slopes(self.f, points)[1]))
-        return float(logs.mean()), float(logs.std() / np.sqrt(logs.size))
-
     def _settled(self, tail: Floats, near: float) -> bool:
         """Look for a stable cycle that the end of an orbit has come close to."""
         change = recurrences(tail[None, :], LONGEST)[0]
@@ -265,11 +263,7 @@ class _Look:
         cycle = confirmed(self.f, points, moved)
         if cycle is None or not cycle.stable:
             return False
-        if not any(self._same(cycle.points, other) for other in self._all_cycles()):
+        near = SAME_POINT * self.width
+        if not any(same_cycle(cycle.points, other, near) for other in self._all_cycles()):
             self.found.append(Motion("periodic", cycle.points, cycle.exponent))
         return True
-
-    def _same(self, one: Floats, other: Floats) -> bool:
-        if len(one) != len(other):
-            return False
-        return bool(np.abs(np.sort(one) - np.sort(other)).max() <= 1e-7 * self.width)

@@ -21,8 +21,26 @@ if TYPE_CHECKING:
 AttractorKind: TypeAlias = Literal["periodic", "chaotic", "neutral", "undecided"]
 
 
+class AnyAttractor(Result):
+    """What attractors of maps of any dimension have in common."""
+
+    def __repr__(self) -> str:
+        """Short table."""
+        return f"{type(self).__name__}({self._line()})"
+
+    def _line(self) -> str:
+        raise NotImplementedError
+
+    def _facts(self) -> tuple[Any, ...]:
+        """Return what stands in the columns, in order."""
+        raise NotImplementedError
+
+    def _columns(self) -> dict[str, Any]:
+        return {n: [fact] for n, fact in zip(self._column_names, self._facts(), strict=True)}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Attractor(Result):
+class Attractor(AnyAttractor):
     """A set that orbits of a map settle on.
 
     Attributes
@@ -74,10 +92,6 @@ class Attractor(Result):
         """Tell which points lie in the bands, within `slack`."""
         return inside(self.bands, np.asarray(x, dtype=np.float64), slack)
 
-    def __repr__(self) -> str:
-        """Short table."""
-        return f"Attractor({self._line()})"
-
     def _line(self) -> str:
         where = ", ".join(f"[{low:.8g}, {high:.8g}]" for low, high in self.bands[:4])
         if self.kind == "periodic" and self.orbit is not None:
@@ -88,12 +102,9 @@ class Attractor(Result):
         text += f"  share {self.basin_share:.3f}  {where}{more}"
         return f"{text}  ({self.reason})" if self.reason else text
 
-    def _columns(self) -> dict[str, Any]:
-        facts = (
-            *(self.kind, self.period, *self.lyapunov, self.basin_share),
-            *(self.bands.tolist(), self.point, self.reason),
-        )
-        return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
+    def _facts(self) -> tuple[Any, ...]:
+        known = self.kind, self.period, *self.lyapunov, self.basin_share
+        return *known, self.bands.tolist(), self.point, self.reason
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,10 +136,7 @@ class AttractorList(ResultList[Attractor]):
     _number: ClassVar = "attractor"
     _column_names: ClassVar = Attractor._column_names
     _plot: ClassVar = "basins.draw_bands"
-
-    @property
-    def _items(self) -> tuple[Attractor, ...]:
-        return self.attractors
+    _of: ClassVar = "attractors"
 
     def __repr__(self) -> str:
         """Short table."""
@@ -145,7 +153,7 @@ def _unfollowed(count: int) -> str:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AttractorND(Result):
+class AttractorND(AnyAttractor):
     """A set that orbits of a map of R^n settle on.
 
     Attributes
@@ -183,10 +191,6 @@ class AttractorND(Result):
     )
     _plot: ClassVar = "basins.draw_attractor_nd"
 
-    def __repr__(self) -> str:
-        """Short table."""
-        return f"AttractorND({self._line()})"
-
     def _line(self) -> str:
         where = ", ".join(f"{x:.8g}" for x in self.points[0])
         value, error = self.lyapunov
@@ -194,12 +198,9 @@ class AttractorND(Result):
         text += f"  share {self.basin_share:.3f}  recurs {self.recurrence:.3f}  at ({where})"
         return f"{text}  ({self.reason})" if self.reason else text
 
-    def _columns(self) -> dict[str, Any]:
-        facts = (
-            *(self.kind, self.period, *self.lyapunov, self.basin_share),
-            *(self.recurrence, self.points[0].tolist(), self.reason),
-        )
-        return {name: [fact] for name, fact in zip(self._column_names, facts, strict=True)}
+    def _facts(self) -> tuple[Any, ...]:
+        known = self.kind, self.period, *self.lyapunov, self.basin_share
+        return *known, self.recurrence, self.points[0].tolist(), self.reason
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -237,10 +238,7 @@ class AttractorListND(ResultList[AttractorND]):
     _number: ClassVar = "attractor"
     _column_names: ClassVar = AttractorND._column_names
     _plot: ClassVar = "basins.draw_attractors_nd"
-
-    @property
-    def _items(self) -> tuple[AttractorND, ...]:
-        return self.attractors
+    _of: ClassVar = "attractors"
 
     def __repr__(self) -> str:
         """Short table."""

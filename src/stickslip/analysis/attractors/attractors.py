@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
@@ -179,8 +178,8 @@ def attractors(
         spread = start = np.atleast_1d(checked_points(f.domain, starts, "starts")).ravel()
         if not start.size:
             raise ValueError(f"starts = {shown(starts)} is empty: at least one point is needed.")
-    task = _Task(f, table, start, len(spread), max_period, max_steps, orbits, work)
-    return task.solved(interpolated_map(table) if fast else None)
+    stand_in = interpolated_map(table) if fast else None
+    return _searched(f, table, stand_in, start, len(spread), max_period, max_steps, orbits, work)
 
 
 def attractors_of(
@@ -196,39 +195,32 @@ def attractors_of(
     """Find the attractors of a map whose table is at hand, stable known ``orbits`` included."""
     n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_starts, None)
-    task = _Task(f, table, start, len(spread), max_period, max_steps, tuple(orbits))
-    return task.solved(interpolated_map(table) if fast is None else fast)
+    fast = interpolated_map(table) if fast is None else fast
+    return _searched(f, table, fast, start, len(spread), max_period, max_steps, orbits, Work())
 
 
-@dataclass(frozen=True)
-class _Task:
-    """What is searched for attractors, and from where; the first `n_spread` seeds count."""
-
-    f: Map1D
-    table: BranchTable
-    start: Floats
-    n_spread: int
-    max_period: int
-    max_steps: int
-    known: tuple[PeriodicOrbit, ...]
-    work: Work = field(default_factory=Work)
-
-    def solved(self, fast: InterpolatedMap | None) -> AttractorList:
-        """Search on the interpolated table if it is good enough and proves right."""
-        if fast is not None and np.isfinite(fast.error):
-            search, found = self._searched(fast)
-            if not search.doubts or self.work.interrupted:
-                return found
-        return self._searched(self.f)[1]
-
-    def _searched(self, fast: Map1D) -> tuple[AttractorSearch, AttractorList]:
-        search = AttractorSearch(self.f, self.table, self.max_period, self.max_steps, fast)
-        for orbit in self.known:
-            cycle = confirmed(self.f, orbit.points) if orbit.stable else None
-            if cycle is not None and attracts(self.f, cycle):
+def _searched(
+    f: Map1D,
+    table: BranchTable,
+    fast: InterpolatedMap | None,
+    start: Floats,
+    n_spread: int,
+    max_period: int,
+    max_steps: int,
+    known: Iterable[PeriodicOrbit],
+    work: Work,
+) -> AttractorList:
+    """Search on the interpolated table if it is good enough and proves right, else on the map."""
+    stable = [confirmed(f, orbit.points) for orbit in known if orbit.stable]
+    for followed in (f,) if fast is None or not np.isfinite(fast.error) else (fast, f):
+        search = AttractorSearch(f, table, max_period, max_steps, followed)
+        for cycle in stable:
+            if cycle is not None and attracts(f, cycle):
                 search.add_cycle(cycle)
-        search.run(self.start, self.work)
-        return search, search.result(self.n_spread)
+        search.run(start, work)
+        if not search.doubts or work.interrupted:
+            break
+    return search.result(n_spread)
 
 
 def _checked_counts(n_starts: int, max_period: int, max_steps: int) -> tuple[int, int, int]:

@@ -5,13 +5,14 @@ Each edge remembers which first edge it is a preimage of: docs/theory/attractors
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
+from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
 from stickslip.results.parts import part
 
@@ -90,6 +91,15 @@ class Pieces:
             source,
             order,
         )
+
+
+def spread_over_open(edges: Floats, index: Integers, shares: Floats) -> Floats:
+    """Points of what is undecided, one at a share (0 to 1) of each of as many equal parts."""
+    open_ = np.flatnonzero(index == UNDECIDED)
+    ends = np.cumsum(np.diff(edges)[open_])
+    place = ends[-1] * (np.arange(len(shares)) + shares) / len(shares)
+    k = np.clip(np.searchsorted(ends, place, side="right"), 0, len(open_) - 1)
+    return np.asarray(edges[open_[k] + 1] - (ends[k] - place))
 
 
 def first_pieces(f: Map1D, table: Laps, unknown: Floats, known: Sequence[Attractor]) -> Pieces:
@@ -204,13 +214,13 @@ def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | Non
     falling = at_b < at_a
 
     # Cuts of each piece from left to right, as positions among the edges that its image crosses.
-    owner, step = _runs(last - first)
+    owner, step = runs(last - first)
     crossed = np.where(falling[owner], last[owner] - 1 - step, first[owner] + step)
     target = pieces.edges[crossed]
     a, b = pieces.edges[todo], pieces.edges[todo + 1]
     cuts = np.clip(table.inverse(pieces.lap[todo][owner], target), a[owner], b[owner])
 
-    part, step = _runs(last - first + 1)
+    part, step = runs(last - first + 1)
     fate = fates[np.where(falling[part], last[part] - step, first[part] + step)]
     starts, stops = step == 0, step == (last - first)[part]
     fresh = (
@@ -243,37 +253,17 @@ def _edges_inside(
     return first, np.maximum(first, last)
 
 
-def _runs(count: Integers) -> tuple[Integers, Integers]:
-    """Count 0 ... count - 1 for each owner, one after the other: (owner, number)."""
-    owner = np.repeat(np.arange(len(count)), count)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-
-
 def _with_parts(pieces: Pieces, todo: Integers, fresh: tuple[Any, ...]) -> Pieces:
     """Replace pieces by their parts; columns as in `Pieces`, of edges the left one only."""
-    keep = np.ones(len(pieces.index), dtype=np.bool_)
+    n = len(pieces.index)
+    keep = np.ones(n, dtype=np.bool_)
     keep[todo] = False
-    old = (
-        pieces.edges[:-1],
-        pieces.index,
-        pieces.lap,
-        pieces.value_left,
-        pieces.value_right,
-        pieces.source[:-1],
-        pieces.order[:-1],
-    )
-    columns = [np.concatenate([o[keep], n]) for o, n in zip(old, fresh, strict=True)]
+    old = [getattr(pieces, each.name) for each in fields(pieces)]
+    columns = [np.concatenate([o[:n][keep], new]) for o, new in zip(old, fresh, strict=True)]
     place = np.argsort(columns[0], kind="stable")
-    left, index, lap, value_left, value_right, source, order = (c[place] for c in columns)
-    return Pieces(
-        np.append(left, pieces.edges[-1]),
-        index,
-        lap,
-        value_left,
-        value_right,
-        np.append(source, pieces.source[-1]),
-        np.append(order, pieces.order[-1]),
-    ).joined()
+    # The last edge begins no piece.
+    whole = (np.append(c[place], o[n:]) for c, o in zip(columns, old, strict=True))
+    return Pieces(*whole).joined()
 
 
 @part

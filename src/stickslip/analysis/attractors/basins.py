@@ -19,6 +19,7 @@ from stickslip.analysis.attractors.basin_pieces import (
     first_causes,
     first_pieces,
     refined,
+    spread_over_open,
 )
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial, find_basins
 from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
@@ -318,7 +319,7 @@ def basins(
                 break
     edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
     if np.any(index == UNDECIDED):
-        points = _spread(pieces, n_samples, generator)
+        points = spread_over_open(pieces.edges, pieces.index, generator.random(n_samples))
         counts[UNDECIDED] = len(points)
         with rest.until_interrupted():
             if rest.interrupted:
@@ -337,15 +338,6 @@ def basins(
         resolution=floor * domain_width(f),
         reason=_why(known, counts, rest),
     )
-
-
-def _spread(pieces: Pieces, n: int, rng: np.random.Generator) -> Floats:
-    """One random point in each of n equal parts of what is undecided."""
-    open_ = np.flatnonzero(pieces.index == UNDECIDED)
-    ends = np.cumsum(np.diff(pieces.edges)[open_])
-    place = ends[-1] * (np.arange(n) + rng.random(n)) / n
-    k = np.clip(np.searchsorted(ends, place, side="right"), 0, len(open_) - 1)
-    return np.asarray(pieces.edges[open_[k] + 1] - (ends[k] - place))
 
 
 def _count(

@@ -15,6 +15,7 @@ from scipy.sparse.linalg import spsolve
 from stickslip.analysis.attractors.attractor import Attractor
 from stickslip.analysis.attractors.bands import inside
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent
+from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import advance, domain_width
@@ -77,10 +78,8 @@ class InvariantDensity(Result):
 
     def cumulative(self, x: ArrayLike) -> Any:
         """Return the probability left of points of any shape."""
-        ends = np.column_stack([self.left, self.right]).ravel()
-        total = np.cumsum(self.mass)
-        values = np.column_stack([np.concatenate([[0.0], total[:-1]]), total]).ravel()
-        return np.interp(np.asarray(x, dtype=np.float64), ends, values)
+        points = np.asarray(x, dtype=np.float64)
+        return np.interp(points, *_cumulated(self.left, self.right, self.mass))
 
     def mean(self, func: Callable[[Floats], Floats]) -> float:
         """Average a function over the attractor, by Simpson's rule in each cell."""
@@ -233,8 +232,8 @@ def _transitions(left: Floats, right: Floats, low: Floats, high: Floats, weight:
     first = np.clip(np.searchsorted(left, low, side="right") - 1, 0, len(left) - 1)
     last = np.clip(np.searchsorted(left, high, side="left") - 1, first, len(left) - 1)
     count = last - first + 1
-    piece = np.repeat(np.arange(len(low)), count)
-    cell = first[piece] + np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+    piece, step = runs(count)
+    cell = first[piece] + step
     overlap = np.minimum(high[piece], right[cell]) - np.maximum(low[piece], left[cell])
     overlap = np.maximum(overlap, np.where(count[piece] == 1, 1e-300, 0.0))
     total = np.bincount(piece, weights=overlap, minlength=len(low))
@@ -255,10 +254,12 @@ def _stationary(chain: Any) -> Floats:
 def _distance(coarse: tuple[Floats, Floats, Floats, float], fine: tuple[Floats, ...]) -> float:
     """L1 distance of two densities on different cells."""
     edges = np.unique(np.concatenate([*coarse[:2], *fine[:2]]))
-    steps = []
-    for left, right, mass in (coarse[:3], fine):
-        ends = np.column_stack([left, right]).ravel()
-        total = np.cumsum(mass)
-        values = np.column_stack([np.concatenate([[0.0], total[:-1]]), total]).ravel()
-        steps.append(np.diff(np.interp(edges, ends, values)))
+    steps = [np.diff(np.interp(edges, *_cumulated(*each))) for each in (coarse[:3], fine)]
     return float(np.abs(steps[0] - steps[1]).sum())
+
+
+def _cumulated(left: Floats, right: Floats, mass: Floats) -> tuple[Floats, Floats]:
+    """Return the ends of cells, and the mass left of each."""
+    total = np.cumsum(mass)
+    values = np.column_stack([np.concatenate([[0.0], total[:-1]]), total])
+    return np.column_stack([left, right]).ravel(), values.ravel()

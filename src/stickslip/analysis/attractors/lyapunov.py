@@ -11,6 +11,7 @@ from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settl
 from stickslip.analysis.exponents.spectrum import checked_steps_of_mean, largest_exponents
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
+from stickslip.analysis.maps.derived import plain
 from stickslip.analysis.maps.protocol import (
     MapND,
     advance,
@@ -142,7 +143,7 @@ def lyapunov_exponent(
     found = map_of(f)
     if isinstance(found, MapND):
         mean, error = largest_exponents(found, d, n, skip)
-        return LyapunovExponent(_number(mean), _number(error), n)
+        return LyapunovExponent(plain(mean), plain(error), n)
     f = line_map(found)
     start = checked_points(f.domain, d, "d")
     fast = stand_in(f) if start.size * (skip + n) >= MANY else f
@@ -151,12 +152,7 @@ def lyapunov_exponent(
         fast, (values, slopes) = f, trace(f, start.ravel(), n, skip)
     pairs = [_mean_of_logs(f, fast, v, s) for v, s in zip(values, slopes, strict=True)]
     mean, error = np.moveaxis(np.array(pairs, dtype=np.float64).reshape(*start.shape, 2), -1, 0)
-    return LyapunovExponent(_number(mean), _number(error), n)
-
-
-def _number(values: Floats) -> Any:
-    """Return the only value as a number, several as they are."""
-    return float(values) if values.ndim == 0 else values
+    return LyapunovExponent(plain(mean), plain(error), n)
 
 
 def _mean_of_logs(f: Map1D, fast: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:

@@ -73,10 +73,14 @@ class Cycle:
 
     def matches(self, other: Cycle, tolerance: float) -> bool:
         """Tell whether two cycles are the same orbit, whatever point they start from."""
-        if self.period != other.period:
-            return False
-        gap = np.abs(np.sort(self.points) - np.sort(other.points))
-        return bool(np.all(gap <= tolerance))
+        return same_cycle(self.points, other.points, tolerance)
+
+
+def same_cycle(one: Floats, other: Floats, tolerance: float) -> bool:
+    """Tell whether points are those of one orbit, whatever point they start from."""
+    if len(one) != len(other):
+        return False
+    return bool((np.abs(np.sort(one) - np.sort(other)) <= tolerance).all())
 
 
 def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:

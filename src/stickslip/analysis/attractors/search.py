@@ -101,27 +101,23 @@ class AttractorSearch:
 
     def run(self, start: Floats, work: Work) -> None:
         """Follow seeds until each has left, been captured, or used up its steps."""
-        self.fate = np.full(len(start), -1)
-        with work.until_interrupted():
-            self._run(start, work)
-
-    def _run(self, start: Floats, work: Work) -> None:
-        moving, x = np.arange(len(start)), start
+        self.fate, moving, x = np.full(len(start), -1), np.arange(len(start)), start
         done, block, reason = 0, FIRST_BLOCK, ""
-        while moving.size and done < self.max_steps:
-            work.tell(max(1 - moving.size / len(start), done / self.max_steps))
-            steps = min(block, self.max_steps - done)
-            tails = advance(self.fast, x, steps)
-            done, block = done + steps, block * GROWTH
-            moving, tails = self._drop_left(moving, tails)
-            moving, tails = self._drop_captured(moving, tails)
-            moving, tails = self._settle(moving, tails)
-            if moving.size:
-                reason = self._examine(float(perturbed(self.fast, tails[:1, -1], self.rng)[0]))
+        with work.until_interrupted():
+            while moving.size and done < self.max_steps:
+                work.tell(max(1 - moving.size / len(start), done / self.max_steps))
+                steps = min(block, self.max_steps - done)
+                tails = advance(self.fast, x, steps)
+                done, block = done + steps, block * GROWTH
+                moving, tails = self._drop_left(moving, tails)
                 moving, tails = self._drop_captured(moving, tails)
-            x = perturbed(self.fast, tails[:, -1], self.rng) if moving.size else tails[:, -1]
-        if moving.size:
-            self._give_up(moving, tails, reason)
+                moving, tails = self._settle(moving, tails)
+                if moving.size:
+                    reason = self._examine(float(perturbed(self.fast, tails[:1, -1], self.rng)[0]))
+                    moving, tails = self._drop_captured(moving, tails)
+                x = perturbed(self.fast, tails[:, -1], self.rng) if moving.size else tails[:, -1]
+            if moving.size:
+                self._give_up(moving, tails, reason)
 
     def _drop_left(self, moving: Any, tails: Floats) -> tuple[Any, Floats]:
         gone = ~np.isfinite(tails[:, -1])
@@ -192,12 +188,13 @@ class AttractorSearch:
             kind, reason, (period, bands) = "neutral", "", family
             if (index := self._adjoining(period, bands)) >= 0:
                 return index
+        doubt = 1e-15 / abs(cycle.multiplier) if cycle.multiplier else 0.0
         attractor = Attractor(
             kind=kind,
             period=period,
             orbit=as_orbit(self.f, cycle, self.table),
             bands=bands,
-            lyapunov=_cycle_exponent(cycle),
+            lyapunov=LyapunovExponent(cycle.exponent, doubt, cycle.period),
             basin_share=0.0,
             point=float(cycle.points[0]),
             reason=reason,
@@ -291,7 +288,18 @@ class AttractorSearch:
             bands = on_map(self.f, self.laps, bands)
             if reason := self._why_no_trap(bands):
                 return self._doubt(reason)
-        self.known.append(_Known(_chaotic(bands, exponent, float(motion.values[0, -1]))))
+        attractor = Attractor(
+            kind="chaotic",
+            period=bands.period,
+            orbit=None,
+            bands=bands.intervals,
+            lyapunov=exponent,
+            basin_share=0.0,
+            point=float(motion.values[0, -1]),
+            edges=bands.causes,
+            sources=bands.sources,
+        )
+        self.known.append(_Known(attractor))
         return ""
 
     def _doubt(self, reason: str) -> str:
@@ -356,25 +364,6 @@ class AttractorSearch:
 
 def _repels(cycle: Cycle) -> bool:
     return not (cycle.stable or cycle.neutral)
-
-
-def _cycle_exponent(cycle: Cycle) -> LyapunovExponent:
-    doubt = 1e-15 / abs(cycle.multiplier) if cycle.multiplier else 0.0
-    return LyapunovExponent(cycle.exponent, doubt, cycle.period)
-
-
-def _chaotic(bands: Bands, exponent: LyapunovExponent, point: float) -> Attractor:
-    return Attractor(
-        kind="chaotic",
-        period=bands.period,
-        orbit=None,
-        bands=bands.intervals,
-        lyapunov=exponent,
-        basin_share=0.0,
-        point=point,
-        edges=bands.causes,
-        sources=bands.sources,
-    )
 
 
 def _undecided(f: Map1D, tail: Floats, reason: str) -> Attractor:

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import FamilyND, Floats, MapFamily
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
 
@@ -138,6 +137,12 @@ class Bifurcation(Result):
     in_cascade: bool = False
     note: str = ""
     system: MapFamily | FamilyND | None = field(default=None, repr=False, compare=False)
+    _column_names: ClassVar = (
+        *("kind", "criticality", "parameter", "value", "error", "period", "points"),
+        *("multipliers", "orbits_before", "orbits_after", "attractors_before"),
+        *("attractors_after", "outcome", "predicted_outcome", "mechanism", "block"),
+        *("quality", "in_cascade", "note"),
+    )
     _plot: ClassVar = "bifurcations.draw_bifurcation"
 
     @property
@@ -160,12 +165,10 @@ class Bifurcation(Result):
             f"Bifurcation({self._name()} of period {self.period} at "
             f"{self.parameter} = {self.value:.15g} ± {self.error:.1g}: {points})"
         ]
-        lines.append(
-            f"  orbits:     {_orbits(self.orbits_before)}  ->  {_orbits(self.orbits_after)}"
-        )
+        lines.append(f"  orbits:     {_kinds(self.orbits_before)}  ->  {_kinds(self.orbits_after)}")
         if self.attractors_before or self.attractors_after:
             before, after = self.attractors_before, self.attractors_after
-            seen = f"{_attractors(before)}  ->  {_attractors(after)}"
+            seen = f"{_kinds(before)}  ->  {_kinds(after)}"
             lines.append(f"  attractors: {seen}{self._looked()}")
         if self.outcome is not None:
             lines.append(f"  outcome:    {_outcome(self.outcome)}")
@@ -187,12 +190,7 @@ class Bifurcation(Result):
     def row(self) -> dict[str, Any]:
         """Return the facts that fit into a line of a table, as plain values by name."""
         return {
-            "kind": self.kind,
-            "criticality": self.criticality,
-            "parameter": self.parameter,
-            "value": self.value,
-            "error": self.error,
-            "period": self.period,
+            **{name: getattr(self, name) for name in self._column_names},
             "points": self.points.tolist(),
             "multipliers": list(self.multipliers),
             "orbits_before": len(self.orbits_before),
@@ -201,11 +199,6 @@ class Bifurcation(Result):
             "attractors_after": len(self.attractors_after),
             "outcome": _outcome(self.outcome),
             "predicted_outcome": _outcome(self.predicted_outcome),
-            "mechanism": self.mechanism,
-            "block": self.block,
-            "quality": self.quality,
-            "in_cascade": self.in_cascade,
-            "note": self.note,
         }
 
     def _columns(self) -> dict[str, Any]:
@@ -429,17 +422,9 @@ class BifurcationList(ResultList[Bifurcation]):
     n_lists: int = 0
     coverage: Coverage | None = None
     looks: tuple[float, ...] = ()
-    _column_names: ClassVar = (
-        *("kind", "criticality", "parameter", "value", "error", "period", "points"),
-        *("multipliers", "orbits_before", "orbits_after", "attractors_before"),
-        *("attractors_after", "outcome", "predicted_outcome", "mechanism", "block"),
-        *("quality", "in_cascade", "note"),
-    )
+    _column_names: ClassVar = Bifurcation._column_names
     _plot: ClassVar = "bifurcations.draw_bifurcations"
-
-    @property
-    def _items(self) -> tuple[Bifurcation, ...]:
-        return self.bifurcations
+    _of: ClassVar = "bifurcations"
 
     def of_kind(self, *kinds: str) -> tuple[Bifurcation, ...]:
         """Those of one of the kinds.
@@ -512,14 +497,9 @@ def _short(attractors: tuple[Attractor, ...]) -> str:
     return " ".join(f"{a.kind[0]}{a.period or ''}" for a in attractors) or "-"
 
 
-def _orbits(orbits: tuple[PeriodicOrbit, ...]) -> str:
-    if not orbits:
-        return "none"
-    return ", ".join(f"{o.kind} period {o.period}" for o in orbits)
-
-
-def _attractors(attractors: tuple[Attractor, ...]) -> str:
-    return ", ".join(f"{a.kind} period {a.period}" for a in attractors) or "none"
+def _kinds(items: tuple[Any, ...]) -> str:
+    """Name orbits or attractors."""
+    return ", ".join(f"{item.kind} period {item.period}" for item in items) or "none"
 
 
 def _outcome(outcome: Outcome | None) -> str | None:

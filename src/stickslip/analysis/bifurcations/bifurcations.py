@@ -172,13 +172,19 @@ def _with_mechanisms(found: BifurcationList, report: _Report) -> BifurcationList
         or item
         for item in found
     }
-    cascades = tuple(
-        replace(cascade, flips=tuple(new.get(id(item), item) for item in cascade.flips))
-        for cascade in found.cascades
-    )
-    items = tuple(new[id(item)] for item in found)
     return replace(
-        found, bifurcations=items, cascades=cascades, unresolved=tuple(report.unresolved)
+        found,
+        bifurcations=tuple(new[id(item)] for item in found),
+        cascades=_renewed(found.cascades, new),
+        unresolved=tuple(report.unresolved),
+    )
+
+
+def _renewed(chains: Iterable[Cascade], new: dict[int, Bifurcation]) -> tuple[Cascade, ...]:
+    """Return cascades of the flips that others stand for now, by identity."""
+    return tuple(
+        replace(chain, flips=tuple(new.get(id(flip), flip) for flip in chain.flips))
+        for chain in chains
     )
 
 
@@ -292,10 +298,6 @@ class _Report:
             unaccounted, outside = self._accounted(aside)
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
-        chains = [
-            replace(chain, flips=tuple(new.get(id(flip), flip) for flip in chain.flips))
-            for chain in chains
-        ]
         found = sorted([*full, *crises_found], key=lambda item: item.value)
         left_open = [*self.unresolved, *unaccounted]
         if survey.crowded:  # the same can be left open at each of hundreds of breaks
@@ -308,7 +310,7 @@ class _Report:
             max_period=survey.max_period,
             window=survey.family.window,
             curves=curves,
-            cascades=tuple(chains),
+            cascades=_renewed(chains, new),
             unresolved=tuple(sorted(left_open, key=lambda item: item.lo)),
             outside=tuple(sorted([*self.outside, *outside], key=lambda item: item.lo)),
             n_lists=survey.n_nodes,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
-    from stickslip.analysis.continuation.curve import Curve, CurveEvent
+    from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
@@ -75,13 +75,10 @@ def _successor(
                 continue
             passed = [item for item in curve.bifurcations[::rows] if item.kind == "flip"]
             if passed:
-                return next((b for b in flips if _is(b, passed[0])), None)
+                # Twins flip at one value.
+                same = (b for b in flips if b.value == passed[0].value)
+                return next((b for b in same if np.isin(b.points, passed[0].points).all()), None)
     return None
-
-
-def _is(flip: Bifurcation, passed: CurveEvent) -> bool:
-    """Tell whether a flip is the one that a branch passes: twins flip at one value."""
-    return flip.value == passed.value and bool(np.isin(flip.points, passed.points).all())
 
 
 # ------------------------------------------------------------------ beyond the lists
@@ -236,11 +233,8 @@ def _with_orbits(level: _Level, family: Family) -> Bifurcation:
 
 
 def _cascade(chain: list[Bifurcation]) -> Cascade:
-    values = np.array([flip.value for flip in chain])
-    gaps = np.diff(values)
-    ratios = gaps[:-1] / gaps[1:]
-    value, error = _accumulation(chain)
-    return Cascade(tuple(chain), value, error, ratios)
+    ratios = _extrapolated(np.array([flip.value for flip in chain]))[1]
+    return Cascade(tuple(chain), *_accumulation(chain), ratios)
 
 
 def _accumulation(chain: list[Bifurcation]) -> tuple[float, float]:

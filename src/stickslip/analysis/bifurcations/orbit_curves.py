@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -81,16 +81,12 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
     """Join all orbits of a survey to curves, once; ``concerned`` goes by the span's number."""
     with survey.joining:
         if survey.curves is None:
-            survey.curves = _curves(survey, concerned)
+            chains = orbit_chains(survey, concerned)
+            chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
+            curves = [columns_of(rows) for _, rows, _ in chains]
+            parts = zip(chains, curves, _labels_and_residuals(survey, curves), strict=True)
+            survey.curves = tuple(_joined(survey, *part) for part in parts)
         return survey.curves
-
-
-def _curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
-    chains = orbit_chains(survey, concerned)
-    chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
-    curves = [columns_of(rows) for _, rows, _ in chains]
-    known = _labels_and_residuals(survey, curves)
-    return tuple(_joined(survey, *what) for what in zip(chains, curves, known, strict=True))
 
 
 def orbit_chains(survey: Survey, concerned: dict[int, list[Concerned]]) -> list[Chain]:
@@ -248,22 +244,11 @@ def _joined(
     (values, points), (labels, residual) = curve, known
     name = survey.family.name
     multipliers = np.array([row.multiplier for row in rows])
-    passed = [
-        CurveEvent(
-            row.event.kind,
-            {name: row.value},
-            points[k],
-            row.multiplier,
-            row.event.located.error,
-            k,
-        )
-        for k, row in enumerate(rows)
-        if row.event is not None
-    ]
-    ends = [
-        _end(survey, link, rows[k], points[k]) for link, k in ((first, 0), (last, len(rows) - 1))
-    ]
-    f = survey.family.f
+    passed = []
+    for k, row in enumerate(rows):
+        if (event := row.event) is not None:
+            where = {name: row.value}, points[k], row.multiplier
+            passed.append(CurveEvent(event.kind, *where, event.located.error, k))
     return Curve(
         kind="orbit",
         period=len(points[0]),
@@ -271,10 +256,13 @@ def _joined(
         points=points,
         multipliers=multipliers,
         stable=np.abs(multipliers) < 1,
-        ends=(ends[0], ends[1]),
+        ends=(
+            _end(survey, first, rows[0], points[0]),
+            _end(survey, last, rows[-1], points[-1]),
+        ),
         bifurcations=tuple(passed),
         data={"labels": labels, "residual": residual},
-        problem=OrbitProblem(windowed(f, survey.family.window)),
+        problem=OrbitProblem(windowed(survey.family.f, survey.family.window)),
     )
 
 
@@ -304,20 +292,19 @@ def _labels_and_residuals(
 def _end(survey: Survey, link: Link | None, row: Row, points: Floats) -> CurveEnd:
     """Say why a curve ends."""
     name = survey.family.name
+    here: Any = {name: row.value}, points, row.multiplier
     if link is None:
         at_end = row.value in (survey.lo, survey.hi)
-        why = "end of range" if at_end else "step limit"
-        return CurveEnd(why, {name: row.value}, points, row.multiplier)
+        return CurveEnd("end of range" if at_end else "step limit", *here)
     if link.to is not None:
-        return CurveEnd("closed", {name: row.value}, points, row.multiplier)
+        return CurveEnd("closed", *here)
     event = link.event
     there = None if event is None else orbit_at(event, points, survey.family)
     if event is None or there is None:
-        reason = link.reason if link.reason == "end of domain" else "step limit"
-        return CurveEnd(reason, {name: row.value}, points, row.multiplier)
-    reading = event.located.reading
+        return CurveEnd(link.reason if link.reason == "end of domain" else "step limit", *here)
+    reading, at = event.located.reading, {name: event.value}
     if not isinstance(reading.condition, Collision) or reading.critical is None:
-        return CurveEnd(REASONS[event.kind], {name: event.value}, there, row.multiplier)
+        return CurveEnd(REASONS[event.kind], at, there, row.multiplier)
     border = reading.critical
     index = int(np.argmin(np.abs(there - border.x)))
     side = -1 if points[index] < border.x else 1
@@ -325,12 +312,6 @@ def _end(survey: Survey, link: Link | None, row: Row, points: Floats) -> CurveEn
     if len(there) == event.period:
         multiplier = reading.multipliers[0 if side < 0 else 1]
     left = isinstance(border.critical, DomainEnd)
-    return CurveEnd(
-        "end of domain" if left else REASONS[event.kind],
-        {name: event.value},
-        there,
-        multiplier,
-        index=index,
-        side=side,
-        border=border.critical,
-    )
+    reason = "end of domain" if left else REASONS[event.kind]
+    met: dict[str, Any] = {"index": index, "side": side, "border": border.critical}
+    return CurveEnd(reason, at, there, multiplier, **met)

@@ -113,14 +113,10 @@ def _same(theory: LocalAttractor, seen: LocalAttractor) -> bool:
     if "undecided" in (theory.kind, seen.kind):
         return True
     if theory.kind in FAMILIES:
-        return seen.kind in (theory.kind, "periodic") and _in_family(theory, seen.period)
+        # Cycles of an adding family mix two.
+        any_period = theory.kind == "period-adding" or 0 in (theory.base, seen.period)
+        fits = any_period or (seen.period - theory.offset) % theory.base == 0
+        return seen.kind in (theory.kind, "periodic") and fits
     if theory.kind != seen.kind:
         return False
     return 0 in (theory.period, seen.period) or theory.period == seen.period
-
-
-def _in_family(theory: LocalAttractor, period: int) -> bool:
-    """Whether a cycle's period is one of the family; cycles of an adding family mix two."""
-    if theory.kind == "period-adding" or 0 in (theory.base, period):
-        return True
-    return (period - theory.offset) % theory.base == 0

@@ -40,10 +40,6 @@ class BreakpointList(ResultList[Breakpoint]):
     _column_names: ClassVar = BREAKPOINT_COLUMNS
     _drawn: ClassVar = ("d", "left", "right")
 
-    @property
-    def _items(self) -> tuple[Breakpoint, ...]:
-        return self.items
-
     def of_kind(self, *kinds: Kind) -> tuple[Breakpoint, ...]:
         """Return those that are a ``jump``, ``corner``, ``edge`` or ``smooth``."""
         return tuple(item for item in self.items if item.kind in kinds)

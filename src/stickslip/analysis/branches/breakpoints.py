@@ -17,9 +17,13 @@ from stickslip.results.result import Result
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stickslip.analysis.branches.along.tracked import NearDiscontinuity
     from stickslip.analysis.branches.discontinuities import Discontinuities
-    from stickslip.analysis.branches.mesh import Mesh, Nodes, Prober
+    from stickslip.analysis.branches.mesh import Mesh, Nodes
     from stickslip.analysis.maps.protocol import Floats, Map1D
+
+    # What limits are taken from: a map that can be evaluated, and its scales.
+    Prober: TypeAlias = Mesh | NearDiscontinuity
 
 CLOSEST: Final = 1 / 64  # of h: the point that the value is taken from
 ROOM: Final = 1 / 64  # h is at most this share of the branch

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -107,17 +106,9 @@ class Laps:
         """Upper end of each lap's image."""
         return np.maximum(self.value_left, self.value_right)
 
-    def locate(self, x: Floats, side: Indices | None = None) -> Indices:
-        """Return the lap of each point (side -1: of two the left); -1 in a gap or outside."""
-        to_left = np.zeros(x.shape, dtype=bool) if side is None else side < 0
-        found = np.where(
-            to_left,
-            np.searchsorted(self.left, x, side="left") - 1,
-            np.searchsorted(self.left, x, side="right") - 1,
-        )
-        # The ends of the domain have a lap on one side only.
-        lowest = float(self.left[0]) if len(self) else np.inf
-        found = np.where((found < 0) & (x >= lowest), 0, found)
+    def locate(self, x: Floats) -> Indices:
+        """Return the lap of each point (of two the right one); -1 in a gap or outside."""
+        found = np.searchsorted(self.left, x, side="right") - 1
         inside = (found >= 0) & (x <= np.append(self.right, -np.inf)[found])
         return np.where(inside, found, -1).astype(np.intp)
 
@@ -364,74 +355,41 @@ def _split(stretch: Stretch, x: float, number: int) -> tuple[Stretch, Stretch]:
     """Cut a stretch at its node x; the map may be evaluated across."""
     at = int(np.searchsorted(stretch.x, x))
     before = stretch.turns < at
+    (first, last), (low, high) = stretch.numbers, stretch.guards
+
+    def part(
+        nodes: slice, mine: Bools, numbers: tuple[int, int], guards: tuple[float, float]
+    ) -> Stretch:
+        columns = stretch.x[nodes], stretch.value[nodes], stretch.slope[nodes]
+        first_turn = stretch.first_turn + int((stretch.turns < nodes.start).sum())
+        return Stretch(*columns, stretch.turns[mine] - nodes.start, numbers, guards, first_turn)
+
     return (
-        Stretch(
-            stretch.x[: at + 1],
-            stretch.value[: at + 1],
-            stretch.slope[: at + 1],
-            stretch.turns[before],
-            (stretch.numbers[0], number),
-            (stretch.guards[0], x),
-            stretch.first_turn,
-        ),
-        Stretch(
-            stretch.x[at:],
-            stretch.value[at:],
-            stretch.slope[at:],
-            stretch.turns[~before] - at,
-            (number, stretch.numbers[1]),
-            (x, stretch.guards[1]),
-            stretch.first_turn + int(before.sum()),
-        ),
+        part(slice(0, at + 1), before, (first, number), (low, x)),
+        part(slice(at, None), ~before, (number, last), (x, high)),
     )
 
 
 def tabulate_laps(mesh: Mesh, stretches: list[Stretch], n_breaks: int) -> Laps:
     """Cut smooth stretches at their turning points, numbered on from the breaks, into laps."""
-    rows: list[tuple[float, ...]] = []
-    cells: list[tuple[Floats, ...]] = []
-    for stretch in stretches:
-        _cut(stretch, n_breaks + stretch.first_turn, rows, cells)
-    columns = np.array(rows, dtype=np.float64).reshape(len(rows), 11).T
-    sizes = [len(cell[0]) for cell in cells]
-    flat = [np.concatenate([cell[k] for cell in cells] or [np.empty(0)]) for k in range(6)]
-    left, right, value_left, value_right, slope_left, slope_right = columns[:6]
+    columns, cells = [np.empty((11, 0))], [np.empty((6, 0))]
+    sizes = [np.zeros(1, dtype=np.intp)]
+    for s in stretches:
+        nodes, last = np.array([s.x, s.value, s.slope]), len(s.x) - 1
+        bounds = np.array([0, *s.turns.tolist(), last])
+        i, j = bounds[:-1], bounds[1:]
+        turns = n_breaks + s.first_turn + np.arange(len(s.turns))
+        numbers = np.array([s.numbers[0], *turns.tolist(), s.numbers[1]])
+        ends = np.stack([nodes[:, i], nodes[:, j]], axis=1).reshape(6, -1)
+        low = np.where(i == 0, s.guards[0], s.x[i])
+        high = np.where(j == last, s.guards[1], s.x[j])
+        direction = np.sign(s.value[j] - s.value[i])
+        columns.append(np.array([*ends, low, high, direction, numbers[:-1], numbers[1:]]))
+        cells.append(np.stack([nodes[:, :-1], nodes[:, 1:]], axis=1).reshape(6, -1))
+        sizes.append(j - i)
+    known = np.concatenate(columns, axis=1)
     with np.errstate(invalid="ignore"):  # a lap of no known slope has no direction
-        direction, end_left, end_right = columns[8:].astype(np.intp)
-    return Laps(
-        f=mesh.f,
-        left=left,
-        right=right,
-        value_left=value_left,
-        value_right=value_right,
-        slope_left=slope_left,
-        slope_right=slope_right,
-        guard_left=columns[6],
-        guard_right=columns[7],
-        direction=direction,
-        end_left=end_left,
-        end_right=end_right,
-        cells=Cells(*flat),
-        first_cell=np.concatenate([[0], np.cumsum(sizes)]).astype(np.intp),
-        value_scale=mesh.value_scale,
-    )
-
-
-def _cut(
-    stretch: Stretch,
-    first_turn: int,
-    rows: list[tuple[float, ...]],
-    cells: list[tuple[Floats, ...]],
-) -> None:
-    """Append the laps of one stretch and their cells."""
-    x, value, slope = stretch.x, stretch.value, stretch.slope
-    last = len(x) - 1
-    bounds = [0, *stretch.turns.tolist(), last]
-    turns = [first_turn + k for k in range(len(stretch.turns))]
-    numbers = [stretch.numbers[0], *turns, stretch.numbers[1]]
-    for k, (i, j) in enumerate(pairwise(bounds)):
-        guards = (stretch.guards[0] if i == 0 else x[i], stretch.guards[1] if j == last else x[j])
-        ends = (x[i], x[j], value[i], value[j], slope[i], slope[j])
-        rows.append((*ends, *guards, np.sign(value[j] - value[i]), numbers[k], numbers[k + 1]))
-        span, after = slice(i, j), slice(i + 1, j + 1)
-        cells.append((x[span], x[after], value[span], value[after], slope[span], slope[after]))
+        numbered = known[8:].astype(np.intp)
+    rest = Cells(*np.concatenate(cells, axis=1)), np.cumsum(np.concatenate(sizes))
+    facts: Any = (mesh.f, *known[:8], *numbered, *rest, mesh.value_scale)
+    return Laps(*facts)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -112,29 +112,6 @@ class Nodes:
         """Tell for each cell whether its two nodes have the same label, or both no value."""
         same: Bools = (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
         return same
-
-
-class Prober(Protocol):
-    """What limits are taken from: a map that can be evaluated, and its scales."""
-
-    @property
-    def f(self) -> Map1D:
-        """The map."""
-
-    @property
-    def resolution(self) -> float:
-        """Distance from a break at which its limits are taken."""
-
-    @property
-    def value_scale(self) -> float:
-        """Range of the map's values."""
-
-    @property
-    def slope_scale(self) -> float:
-        """Mean steepness."""
-
-    def slopes(self, x: Floats) -> tuple[Floats, Floats]:
-        """Values and slopes of the map at points."""
 
 
 @dataclass
@@ -331,8 +308,8 @@ class Mesh:
         return passed
 
     def _fits(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
-        off_value = np.abs(middle.value - hermite(left, right, middle.x))
-        off_slope = np.abs(middle.slope - hermite_slope(left, right, middle.x))
+        value, slope = hermite(left, right, middle.x)
+        off_value, off_slope = np.abs(middle.value - value), np.abs(middle.slope - slope)
         typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
         close = (off_value <= VALUE_FIT * self.value_scale) & (off_slope <= SLOPE_FIT * typical)
         sure = _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
@@ -376,43 +353,33 @@ def _reach_of_margin(x: Floats, margin: Floats, same: Bools) -> tuple[Floats, Fl
 
 def _sign_is_sure(left: Nodes, right: Nodes, error: Floats) -> Bools:
     """Tell where the slope of a cell keeps its sign, or changes it once, beyond doubt."""
-    least, most = slope_extremes(left, right)
+    mean = (right.value - left.value) / (right.x - left.x)
+    least, most = slope_extremes(mean, left.slope, right.slope)
     least, most = least - SIGN_MARGIN * error, most + SIGN_MARGIN * error
     changes = left.slope * right.slope < 0
     sure: Bools = changes | (least >= 0) | (most <= 0)
     return sure
 
 
-def hermite(left: Nodes, right: Nodes, x: Floats) -> Floats:
-    """Cubic through values and slopes at the two nodes of each cell, at x inside it."""
-    h = right.x - left.x
-    t = (x - left.x) / h
-    rise = right.value - left.value
+def hermite(left: Nodes, right: Nodes, x: Floats) -> tuple[Floats, Floats]:
+    """Value and slope, at x inside each cell, of the cubic through those at its two nodes."""
+    h, rise = right.x - left.x, right.value - left.value
+    t, mean = (x - left.x) / h, rise / h
     a = h * left.slope - rise
     b = rise - h * right.slope
     value: Floats = left.value + t * rise + t * (1 - t) * (a * (1 - t) + b * t)
-    return value
-
-
-def hermite_slope(left: Nodes, right: Nodes, x: Floats) -> Floats:
-    """Slope of `hermite`."""
-    h = right.x - left.x
-    t = (x - left.x) / h
-    mean = (right.value - left.value) / h
     slope: Floats = (
         left.slope * (1 - t) * (1 - 3 * t) + right.slope * t * (3 * t - 2) + 6 * mean * t * (1 - t)
     )
-    return slope
+    return value, slope
 
 
-def slope_extremes(left: Nodes, right: Nodes) -> tuple[Floats, Floats]:
-    """Least and largest slope of `hermite` on each cell."""
-    mean = (right.value - left.value) / (right.x - left.x)
+def slope_extremes(mean: Floats, s0: Floats, s1: Floats) -> tuple[Floats, Floats]:
+    """Least and largest slope on cells of a cubic, from its mean slope and those at the ends."""
     # slope(t) = s0 + b t + c t^2
-    b = 6 * mean - 4 * left.slope - 2 * right.slope
-    c = 3 * (left.slope + right.slope - 2 * mean)
+    b = 6 * mean - 4 * s0 - 2 * s1
+    c = 3 * (s0 + s1 - 2 * mean)
     with np.errstate(all="ignore"):
         t = -b / (2 * c)
-        inner = np.where((t > 0) & (t < 1), left.slope + b * t / 2, left.slope)
-    ends = np.minimum(left.slope, right.slope), np.maximum(left.slope, right.slope)
-    return np.minimum(ends[0], inner), np.maximum(ends[1], inner)
+        inner = np.where((t > 0) & (t < 1), s0 + b * t / 2, s0)
+    return np.minimum(np.minimum(s0, s1), inner), np.maximum(np.maximum(s0, s1), inner)

@@ -217,10 +217,14 @@ def _overlaps(pieces: Pieces) -> tuple[Indices, Indices]:
             f"power {pieces.power + 1} of the map has {int(counts.sum())} pieces, more than the "
             f"{MAX_PIECES} that are followed"
         )
-    lap = np.repeat(np.arange(len(laps)), counts)
-    before = np.repeat(np.cumsum(counts) - counts, counts)
-    piece = np.arange(counts.sum()) - before + np.repeat(first, counts)
-    return lap, piece
+    lap, step = runs(counts)
+    return lap, first[lap] + step
+
+
+def runs(count: Indices) -> tuple[Indices, Indices]:
+    """Count 0 ... count - 1 for each owner, one after the other: (owner, number)."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
 
 
 def _meet(

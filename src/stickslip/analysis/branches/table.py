@@ -138,10 +138,7 @@ class BranchTable(ResultList[Branch]):
     _texts: dict[int, str] = field(default_factory=dict, init=False, compare=False)
     _column_names: ClassVar = Branch._column_names
     _plot: ClassVar = "maps.draw_branch_table"
-
-    @property
-    def _items(self) -> tuple[Branch, ...]:
-        return self.branches
+    _of: ClassVar = "branches"
 
     def __repr__(self) -> str:
         """Branches with their values, gaps, and what stayed open."""

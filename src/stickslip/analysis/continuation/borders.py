@@ -22,7 +22,7 @@ from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -42,8 +42,9 @@ STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink belo
 
 @dataclass
 class Border:
-    """A break of the map, or an end of its domain, that an orbit may meet; knows where it was."""
+    """A break of the map, or an end of its domain, that an orbit meets; knows where it was."""
 
+    index: int  # of the point of the orbit
     critical: TrackedDiscontinuity | DomainEnd
     side: int  # the orbit's: -1 left, 1 right
     # labels on the orbit's side, at whose end the break is; empty without labels
@@ -64,37 +65,18 @@ class Border:
         self.critical = found.critical
         return found
 
-
-@dataclass(frozen=True, eq=False)
-class Encounter:
-    """A border that a point of an orbit has come to."""
-
-    index: int
-    border: Border
-
-    @classmethod
-    def of(
-        cls,
-        index: int,
-        critical: TrackedDiscontinuity | DomainEnd,
-        side: int,
-        piece: Collection[int] = (),
-    ) -> Encounter:
-        """Meet a border from one side."""
-        return cls(index, Border(critical, side, frozenset(piece)))
-
     @property
     def harmless(self) -> int | None:
         """Label beyond a break that does the orbit nothing; None at any other border."""
-        met = self.border.critical
+        met = self.critical
         if isinstance(met, DomainEnd) or met.kind != "smooth":
             return None
-        return met.right_label if self.border.side < 0 else met.left_label
+        return met.right_label if self.side < 0 else met.left_label
 
 
 def encounters(
     equations: OrbitEquations, points: Floats, value: float, departure: Departure
-) -> Iterator[Encounter]:
+) -> Iterator[Border]:
     """Name the likely borders between an orbit and its points that have left their pieces."""
     for index in departure.indices:
         yield from _of_point(equations, index, points[index], value, departure)
@@ -102,7 +84,7 @@ def encounters(
 
 def _of_point(
     equations: OrbitEquations, index: int, x: float, value: float, departure: Departure
-) -> Iterator[Encounter]:
+) -> Iterator[Border]:
     """Name what stands in the way of one point."""
     piece, gone_to = equations.pieces[index], float(departure.points[index])
     # Orbit and break both move: between which of their places it lies is to be tried.
@@ -122,7 +104,7 @@ def _of_point(
 
 def _between(
     f: MapFamily, piece: set[int], inside: float, outside: float, index: int
-) -> Encounter | None:
+) -> Border | None:
     """Find the first break between a point on a piece and one that is not; None if none is seen."""
     lo, hi = f.domain
     if not lo <= inside <= hi:
@@ -132,9 +114,9 @@ def _between(
     if end is None:
         upper = side < 0
         ended = not lo <= outside <= hi
-        return Encounter.of(index, DomainEnd(upper, f.domain[upper]), side) if ended else None
+        return Border(index, DomainEnd(upper, f.domain[upper]), side) if ended else None
     assert isinstance(end.critical, TrackedDiscontinuity)
-    return Encounter.of(index, _settled(end.critical, side, f), side, piece)
+    return Border(index, _settled(end.critical, side, f), side, frozenset(piece))
 
 
 def _settled(end: TrackedDiscontinuity, side: int, f: Map1D) -> TrackedDiscontinuity:
@@ -157,16 +139,16 @@ def _settled(end: TrackedDiscontinuity, side: int, f: Map1D) -> TrackedDiscontin
     return end
 
 
-def unlabelled_encounters(f: MapFamily, points: Floats) -> list[Encounter]:
+def unlabelled_encounters(f: MapFamily, points: Floats) -> list[Border]:
     """Look for breaks that no label tells of, close to points of an orbit, the nearest first."""
-    found: list[tuple[float, Encounter]] = []
+    found: list[tuple[float, Border]] = []
     half = NEARBY * domain_width(f)
     for index, x in enumerate(points.tolist()):
         for b in branch_table(WindowMap(f, (x - half, x + half))).breakpoints:
             if b.kind != "smooth":
                 side = -1 if b.d > x else 1
-                found.append((abs(b.d - x), Encounter.of(index, TrackedDiscontinuity.of(b), side)))
-    return [encounter for _, encounter in sorted(found, key=lambda pair: pair[0])]
+                found.append((abs(b.d - x), Border(index, TrackedDiscontinuity.of(b), side)))
+    return [border for _, border in sorted(found, key=lambda pair: pair[0])]
 
 
 # ------------------------------------------------------------------ the meeting solved for
@@ -194,17 +176,16 @@ def meet(
     at: Callable[[float], MapFamily],
     name: str,
     points: Floats,
-    index: int,
     border: Border,
     value: float,
     low: float,
     high: float,
 ) -> Meeting:
-    """Solve for the parameter at which point ``index`` of a periodic orbit lies on a border.
+    """Solve for the parameter at which a point of a periodic orbit lies on the border it came to.
 
     Raises `ConditionLost` if the border is gone, the orbit leaves the domain, or nothing is nearby.
     """
-    problem = _Problem(at, name, index, border)
+    problem, index = _Problem(at, name, border), border.index
     aside = FIRST_CHANGE * (high - low)
     before = problem.state(value + aside if value + aside <= high else value - aside, points)
     now = problem.state(value, points)
@@ -226,12 +207,11 @@ def meet(
 class _Problem:
     at: Callable[[float], MapFamily]
     name: str
-    index: int
     border: Border
 
     def state(self, q: float, guess: Floats) -> Meeting:
         """Evaluate the equations, the pinned point on the border."""
-        f, k = self.at(q), self.index
+        f, k = self.at(q), self.border.index
         met, side = self.border.reading(f), self.border.side
         points = np.clip(guess, *f.domain)
         points[k] = met.x
@@ -246,7 +226,7 @@ class _Problem:
 
     def newton_step(self, before: Meeting, now: Meeting) -> Floats:
         """Solve for changes of the points, and the parameter's in place of the pinned one's."""
-        k, p = self.index, len(now.points)
+        k, p = self.border.index, len(now.points)
         ahead = (np.arange(p) + 1) % p
         difference = now.value - before.value
         rates = np.zeros(p)

@@ -23,9 +23,29 @@ SHOWN: Final = 8  # rows of a curve in its repr
 POINTS_SHOWN: Final = 4  # of a solution, in a line of it
 
 
+class _Place:
+    """What ends and events of a curve have in common."""
+
+    parameters: dict[str, float]
+    multipliers: Any
+
+    @property
+    def value(self) -> float:
+        """Of the parameter that the curve is followed along."""
+        return next(iter(self.parameters.values()))
+
+    @property
+    def multiplier(self) -> Any:
+        """The multiplier closest to the unit circle."""
+        values = np.asarray(self.multipliers)
+        if values.ndim == 0:
+            return self.multipliers
+        return values[np.argmin(np.abs(np.abs(values) - 1.0))]
+
+
 @part
 @dataclass(frozen=True, eq=False)
-class CurveEnd:
+class CurveEnd(_Place):
     """Why a curve ends, and where.
 
     Attributes
@@ -69,20 +89,10 @@ class CurveEnd:
     kind: str = ""
     border: Any = None
 
-    @property
-    def value(self) -> float:
-        """Of the parameter that the curve is followed along."""
-        return next(iter(self.parameters.values()))
-
-    @property
-    def multiplier(self) -> Any:
-        """The multiplier closest to the unit circle."""
-        return _critical(self.multipliers)
-
 
 @part
 @dataclass(frozen=True, eq=False, repr=False)
-class CurveEvent:
+class CurveEvent(_Place):
     """A bifurcation on the way along a curve.
 
     Attributes
@@ -130,16 +140,6 @@ class CurveEvent:
     solution: Any = None
 
     @property
-    def value(self) -> float:
-        """Of the parameter that the curve is followed along."""
-        return next(iter(self.parameters.values()))
-
-    @property
-    def multiplier(self) -> Any:
-        """The multiplier closest to the unit circle."""
-        return _critical(self.multipliers)
-
-    @property
     def rotation(self) -> float:
         """Turn of the critical pair per period of an orbit, 0 to 1/2 of a full one."""
         return float(abs(np.angle(self.multiplier)) / (2 * np.pi))
@@ -151,13 +151,6 @@ class CurveEvent:
         return f"{self.kind} at {where}{error}{': ' if self.what else ''}{self.what}"
 
 
-def _critical(multipliers: Any) -> Any:
-    values = np.asarray(multipliers)
-    if values.ndim == 0:
-        return multipliers
-    return values[np.argmin(np.abs(np.abs(values) - 1.0))]
-
-
 class Problem:
     """What is solved along a curve, and how it is solved anew: one class for each kind."""
 
@@ -165,8 +158,8 @@ class Problem:
     picture: ClassVar[str]  # module and function of `stickslip.plot`
 
     def row(self, curve: Curve, row: int) -> Any:
-        """Return the solution of a row as it was computed."""
-        raise NotImplementedError
+        """Return the solution of a row, solved for anew where it was not kept."""
+        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
 
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Any:
         """Solve for it at a parameter value, met after a share of the way from a row to the next.

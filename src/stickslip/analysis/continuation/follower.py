@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 
-from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.work import Work
 from stickslip.checks import finite_number, whole_number
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
@@ -67,7 +67,8 @@ class Half:
 class Follower:
     """Follows one solution along a parameter; a class for each kind of solution."""
 
-    kind: ClassVar[str]
+    kind: str
+    marginal: ClassVar[float] = 0.0  # multipliers this close to the unit circle do not attract
     most_borders: ClassVar[int] = 200  # that are passed, false alarms included
     curve: ArclengthCurve
 
@@ -98,9 +99,27 @@ class Follower:
         """Find out what ended a walk; return the end, or where to go on from."""
         raise NotImplementedError
 
+    def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
+        """Return further columns of a curve, and its problem."""
+        raise NotImplementedError
+
     def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
         """Make a curve of its rows; ends and bifurcations are known."""
-        raise NotImplementedError
+        where = [self.parameters(row) for row in rows]
+        points = np.array([self.points(row) for row in rows])
+        multipliers = np.array([self.multipliers(row) for row in rows])
+        data, problem = self.described(rows)
+        return Curve(
+            kind=self.kind,
+            period=points.shape[1],
+            parameters={name: np.array([each[name] for each in where]) for name in where[0]},
+            points=points,
+            multipliers=multipliers,
+            stable=np.abs(multipliers.reshape(len(rows), -1)).max(axis=1) < 1 - self.marginal,
+            data=data,
+            problem=problem,
+            **known,
+        )
 
     def accept(self, here: CurvePoint, new: CurvePoint) -> None:
         """Refuse a step by `StepTooLong`."""
@@ -237,8 +256,11 @@ class Follower:
                     yield found
                     continue
                 point = self.curve.between(here, new, test)
-                if kind == "neimark_sacker" and not self._has_critical_pair(point):
-                    continue  # two real multipliers whose product is 1: nothing happens
+                if kind == "neimark_sacker":
+                    m: NDArray[np.complex128] = self.multipliers(point)
+                    on = np.abs(np.abs(m) - 1.0) < ON_CIRCLE
+                    if not (on & (np.abs(m.imag) > ON_CIRCLE)).any():
+                        continue  # two real multipliers whose product is 1: nothing happens
                 error = self.solution_error(point)
                 if kind != "fold":
                     noise = abs(test(point)) + ROUNDINGS * EPS * len(point.y)
@@ -271,12 +293,6 @@ class Follower:
         m = np.atleast_1d(self.multipliers(point))
         first, second = np.triu_indices(len(m), 1)
         return float(np.prod(m[first] * m[second] - 1.0).real)
-
-    def _has_critical_pair(self, point: CurvePoint) -> bool:
-        """Whether multipliers lie on the unit circle off the real axis."""
-        m: NDArray[np.complex128] = self.multipliers(point)
-        on = np.abs(np.abs(m) - 1.0) < ON_CIRCLE
-        return bool((on & (np.abs(m.imag) > ON_CIRCLE)).any())
 
     def solution_error(self, point: CurvePoint) -> float:
         """Bound how far residual and rounding may have moved the parameter of a point."""

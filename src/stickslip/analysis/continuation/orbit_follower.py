@@ -30,7 +30,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.continuation.borders import Encounter, Meeting
+    from stickslip.analysis.continuation.borders import Border
     from stickslip.analysis.continuation.follower import Half
     from stickslip.analysis.continuation.orbit_equations import Departure
     from stickslip.analysis.maps.protocol import Floats, PointValues
@@ -63,7 +63,7 @@ REASONS: Final[dict[str, Any]] = {
 class OrbitFollower(Follower):
     """Follows one orbit of a map; ``max_step`` is a share of range and domain."""
 
-    kind: ClassVar = "orbit"
+    kind = "orbit"
     bends = BENDS
 
     def __init__(
@@ -148,25 +148,14 @@ class OrbitFollower(Follower):
         y, size = np.append(points.ravel(), value), float(np.abs(residual).max())
         return replace(last, y=y, residual=size, note=note)
 
-    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
-        """Make a curve of its rows."""
-        points = np.array([self.points(row) for row in rows])
-        multipliers = np.array([row.note.multipliers for row in rows])
-        return Curve(
-            kind=self.kind,
-            period=points.shape[1],
-            parameters={self.name: np.array([row.parameter for row in rows])},
-            points=points,
-            multipliers=multipliers,
-            stable=np.abs(multipliers.reshape(len(rows), -1)).max(axis=1) < 1,
-            data={
-                "labels": np.array([row.note.labels for row in rows]),
-                "residual": np.array([row.residual for row in rows]),
-                "margin": np.array([row.note.margin for row in rows]),
-            },
-            problem=OrbitProblem(self.f),
-            **known,
-        )
+    def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
+        """Return labels and errors, and the equations."""
+        data = {
+            "labels": np.array([row.note.labels for row in rows]),
+            "residual": np.array([row.residual for row in rows]),
+            "margin": np.array([row.note.margin for row in rows]),
+        }
+        return data, OrbitProblem(self.f)
 
 
 class LineOrbitFollower(OrbitFollower):
@@ -219,11 +208,11 @@ class LineOrbitFollower(OrbitFollower):
         return last  # a false alarm: Newton's method went astray
 
     def _end_at(
-        self, last: CurvePoint, encounter: Encounter, reach: float, half: Half
+        self, last: CurvePoint, border: Border, reach: float, half: Half
     ) -> CurveEnd | None:
         """Solve for the orbit on a border; None if that is not where the curve leads."""
-        eq, index, border = self.equations, encounter.index, encounter.border
-        start = self.points(last), index, border, last.parameter
+        eq, index = self.equations, border.index
+        start = self.points(last), border, last.parameter
         try:
             met = meet(eq.at, self.name, *start, self.low, self.high)
         except ConditionLost:
@@ -233,7 +222,10 @@ class LineOrbitFollower(OrbitFollower):
         labels = np.where(on_border, last.note.labels, met.labels)
         if not eq.stays(labels, np.ones(len(labels), dtype=bool)).all():
             return None
-        if not self._lies_ahead(last, met, reach):
+        way = (np.append(met.points, met.value) - last.y) / self.curve.scale
+        length = float(np.linalg.norm(way))
+        ahead = float(way @ last.tangent) >= AHEAD * length or length <= TOUCHING
+        if length > reach or not ahead:
             return None
         note = Linearized(met.slopes, met.points, labels)
         point = self.at(last, met.points, met.value, met.residual, note)
@@ -242,12 +234,6 @@ class LineOrbitFollower(OrbitFollower):
         if isinstance(found, DomainEnd):
             return self.end(point, "end of domain", index=index, side=border.side)
         return self.end(point, REASONS[found.kind], index=index, side=border.side, border=found)
-
-    def _lies_ahead(self, last: CurvePoint, met: Meeting, reach: float) -> bool:
-        way = (np.append(met.points, met.value) - last.y) / self.curve.scale
-        length = float(np.linalg.norm(way))
-        ahead = float(way @ last.tangent) >= AHEAD * length
-        return length <= reach and (ahead or length <= TOUCHING)
 
 
 class SpaceOrbitFollower(OrbitFollower):

@@ -185,7 +185,7 @@ def diagram_of(
         breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
     work.tell(0.5)
     if isinstance(survey, OrbitSurvey):
-        parts = fill(maps, values, sampled)
+        parts: list[Any] = fill(maps, values, sampled)
         count = work.part(0.6, 1.0).steps(len(values))
         rows = _attractors_in_space(survey, maps, values, count) if attractors else []
     else:
@@ -195,10 +195,11 @@ def diagram_of(
         task = partial_of(_on_line, sampled, iterates)
         found = list(in_processes(task, chunks, work.part(0.5, 1.0).tell))
         rows = [row for _, some in found for row in some]
-        parts = [_joined(pieces) for pieces in zip(*(filled for filled, _ in found), strict=True)]
+        pieces = zip(*(filled for filled, _ in found), strict=True)
+        parts = [tuple(map(np.concatenate, zip(*each, strict=True))) for each in pieces]
     orbits = tuple(
-        OrbitCurve(item.period, *columns, ends=(item.ends[0], item.ends[1]))
-        for item, columns in zip(sampled, parts, strict=True)
+        OrbitCurve(item.period, points, multipliers, ends=(item.ends[0], item.ends[1]))
+        for item, (points, multipliers) in zip(sampled, parts, strict=True)
     )
     work.tell(1.0)
     return Diagram(
@@ -253,11 +254,6 @@ def _on_line(
             spread = spread_points(f, SPREAD, None) if chunk.near_lists[k] else np.empty(0)
             rows[-1] += settler.at(f, cycles, chunk.critical[k], spread)
     return filled, rows
-
-
-def _joined(pieces: tuple[tuple[Floats, Any], ...]) -> tuple[Floats, Any]:
-    points, multipliers = (np.concatenate(column) for column in zip(*pieces, strict=True))
-    return points, multipliers
 
 
 def _missing(values: Floats, orbits: Sequence[OrbitCurve]) -> tuple[str, ...]:

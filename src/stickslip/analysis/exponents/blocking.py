@@ -36,8 +36,11 @@ def blocking_error(series: Floats) -> float:
     """Return the standard error of the mean of a correlated series, at most an eighth left out."""
     if len(series) < 2:
         return float(np.inf)
-    x = _first_blocks(series)
-    levels = len(x).bit_length() - 1
+    # Short blocks, so many that their number is a power of two.
+    block = 8 if len(series) >= 512 else 1
+    levels = (len(series) // block).bit_length() - 1
+    length = len(series) >> levels
+    x = series[-(length << levels) :].reshape(-1, length).mean(axis=1)
     if levels == 0:
         return float(np.inf)
     variance, score = np.zeros(levels), np.zeros(levels)
@@ -59,11 +62,3 @@ def blocking_error(series: Floats) -> float:
     level = int(passed[0]) if passed.size else max(levels - 2, 0)
     blocks = 2 ** (levels - level)
     return float(np.sqrt(variance[level] / (blocks - 1)))
-
-
-def _first_blocks(series: Floats) -> Floats:
-    """Average short blocks so that their number is a power of two."""
-    block = 8 if len(series) >= 512 else 1
-    count = 1 << ((len(series) // block).bit_length() - 1)
-    length = len(series) // count
-    return np.asarray(series[-count * length :].reshape(count, length).mean(axis=1))

@@ -212,7 +212,10 @@ class _Construction:
         self.allowed = fit * table.laps.value_scale
         wide = np.flatnonzero(table.laps.cells.x1 > table.laps.cells.x0)
         self.cells = table.laps.cells.take(wide)
-        self.kind = _singular_ends(self.cells)
+        # Cells with an infinite slope at one end hold a square root there.
+        at_left, at_right = ~np.isfinite(self.cells.s0), ~np.isfinite(self.cells.s1)
+        self.kind = np.where(at_right, SQUARE_ROOT_RIGHT, 0)
+        self.kind[at_left] = SQUARE_ROOT_LEFT
         lap_of_cell = np.repeat(np.arange(len(table.laps)), np.diff(table.laps.first_cell))
         self.error = _predicted_errors(self.cells, lap_of_cell[wide])
         self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
@@ -270,7 +273,10 @@ class _Construction:
         best = self.kind[k].copy()
         plain = np.abs(_cubic(cells, x) - value)
         # Where f'''' vanishes in the middle, so does the error, but not its slope.
-        tilt = np.abs(_middle_slopes(cells) - slope) * (cells.x1 - cells.x0)
+        with np.errstate(all="ignore"):
+            mean = (cells.v1 - cells.v0) / (cells.x1 - cells.x0)
+            tilt = np.abs(1.5 * mean - 0.25 * (cells.s0 + cells.s1) - slope)
+            tilt *= cells.x1 - cells.x0
         plain = np.maximum(plain, TILT * tilt)
         off = np.where(best == 0, plain, np.abs(_values(cells, best, x) - value))
         for kind, ends in ((SQUARE_ROOT_LEFT, cells.x0), (SQUARE_ROOT_RIGHT, cells.x1)):
@@ -309,12 +315,6 @@ class _Construction:
         return max(off, float(np.max(self.error[wide])))
 
 
-def _singular_ends(cells: Cells) -> Integers:
-    """Cells with an infinite slope at one end hold a square root there."""
-    at_left, at_right = ~np.isfinite(cells.s0), ~np.isfinite(cells.s1)
-    return np.where(at_left, SQUARE_ROOT_LEFT, np.where(at_right, SQUARE_ROOT_RIGHT, 0))
-
-
 def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
     """Errors of cubics: two cells predict the node between them; unknown at the ends of laps."""
     error = np.full(len(lap), np.inf)
@@ -336,13 +336,6 @@ def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
 def _cubic(cells: Cells, x: Floats) -> Floats:
     """Cubic Hermite interpolant of each cell at one point of it."""
     return _values(cells, np.zeros(len(x), dtype=np.int64), x)
-
-
-def _middle_slopes(cells: Cells) -> Floats:
-    """Slope of each cell's cubic in the middle."""
-    with np.errstate(all="ignore"):
-        mean = (cells.v1 - cells.v0) / (cells.x1 - cells.x0)
-        return np.asarray(1.5 * mean - 0.25 * (cells.s0 + cells.s1))
 
 
 def _values(cells: Cells, kind: Integers, x: Floats) -> Floats:

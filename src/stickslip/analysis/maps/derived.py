@@ -79,6 +79,10 @@ class EvaluatedMap(LineMap):
         """Return f'(x): a float for a scalar, else an array of the same shape."""
         return plain(cast("Map1D", self).evaluate(x).derivative)
 
+    def iterate(self, x: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once it has left."""
+        return iterate(cast("Map1D", self), x, n)
+
     def _value(self, x: ArrayLike) -> Floats:
         return cast("Map1D", self).evaluate(x).value
 
@@ -170,10 +174,6 @@ class PowerMap(EvaluatedMap):
                 return Mechanism(text + place, block)
             left, right = values.value.tolist()
         return explanation(self.base, left, right)
-
-    def iterate(self, x: ArrayLike, n: int) -> Floats:
-        """Apply f^p ``n`` times; shape ``x.shape + (n + 1,)``."""
-        return iterate(self, x, n)
 
     def power(self, p: int) -> PowerMap:
         """Return the map (f^p)^q as a power of the base map itself."""

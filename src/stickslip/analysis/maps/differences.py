@@ -39,17 +39,10 @@ def extrapolated_difference(
     n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
     """Return slopes and errors by Ridders' method: differences at halved steps, extrapolated."""
-    # ``usable(x, points)`` tells which points lie on the branch of x: differences are one-sided
-    # where one neighbour does. Steps across an unmarked jump lose by themselves.
-    steps, points = _neighbours(x, scale, n_steps)
-    here = np.broadcast_to(x, points.shape)
-    values = func(points.ravel()).reshape(points.shape)
-    good = np.isfinite(values)
-    if usable is not None:
-        good &= usable(here.ravel(), points.ravel()).reshape(points.shape)
-    values = np.where(good, values, np.nan)
-    forward, backward, centre = values[0::2], values[1::2], func(x)
-    h = steps[:, None]
+    # Differences are one-sided where one neighbour is usable. Steps across an unmarked jump lose
+    # by themselves.
+    h, forward, backward = _neighbours(func, x, scale, usable, n_steps)
+    centre = func(x)
     ahead, behind = (forward - centre) / h, (centre - backward) / h
     central = np.where(
         _sides_meet(ahead, behind, centre, h), (forward - backward) / (2 * h), np.nan
@@ -68,26 +61,33 @@ def extrapolated_second_difference(
     func: Callable[[Floats], Floats],
     x: Floats,
     scale: float,
-    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
-    n_steps: int = N_STEPS,
+    usable: Callable[[Floats, Floats], NDArray[np.bool_]],
+    n_steps: int,
 ) -> tuple[Floats, Floats]:
     """Differentiate twice, as `extrapolated_difference` once; both neighbours must be usable."""
-    steps, points = _neighbours(x, scale, n_steps)
-    here = np.broadcast_to(x, points.shape)
-    values = func(points.ravel()).reshape(points.shape)
-    if usable is not None:
-        values = np.where(
-            usable(here.ravel(), points.ravel()).reshape(points.shape), values, np.nan
-        )
-    centre, h = func(x), steps[:, None]
-    second = (values[0::2] - 2 * centre + values[1::2]) / h**2
+    h, forward, backward = _neighbours(func, x, scale, usable, n_steps)
+    centre = func(x)
+    second = (forward - 2 * centre + backward) / h**2
     return _best_entry(second, 2, 4 * EPS * np.abs(centre) / h**2)
 
 
-def _neighbours(x: Floats, scale: float, n_steps: int) -> tuple[Floats, Floats]:
-    """Return the steps, and the points a step above and below x for each, shape (2 k, n)."""
+def _neighbours(
+    func: Callable[[Floats], Floats],
+    x: Floats,
+    scale: float,
+    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None,
+    n_steps: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Return steps, (k, 1), and values so far above and below x, (k, n); NaN if not usable."""
+    # ``usable(x, points)`` tells which points lie on the branch of x.
     steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(n_steps), dtype=np.float64)
-    return steps, np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
+    points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
+    values = func(points.ravel())
+    good = np.isfinite(values)
+    if usable is not None:
+        good &= usable(np.broadcast_to(x, points.shape).ravel(), points.ravel())
+    values = np.where(good, values, np.nan).reshape(points.shape)
+    return steps[:, None], values[0::2], values[1::2]
 
 
 def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:

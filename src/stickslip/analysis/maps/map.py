@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -14,6 +13,7 @@ from stickslip.analysis.maps.piecewise_map import PARAMETER_SCALE
 from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, box_points, mix_labels, reduced
 from stickslip.analysis.maps.user_function import (
     Function,
+    UserMap,
     as_labels,
     checked_callable,
     checked_parameters,
@@ -24,20 +24,16 @@ from stickslip.checks import (
     checked_interval,
     finite_number,
     one_each,
-    parameter_name,
     real_numbers,
     shown,
     whole_number,
 )
 from stickslip.numerics.expression import NotTraceable
 from stickslip.numerics.point_function import PointFunction, point_function
-from stickslip.results.parts import equal
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.maps.protocol import Floats
@@ -113,7 +109,7 @@ def _kernels(formula: PointFunction, low: tuple[float, ...], periods: tuple[floa
 
 
 @suggests
-class Map:
+class Map(UserMap):
     """A map of R^n into itself, smooth in pieces, with named parameters.
 
     Parameters
@@ -212,19 +208,9 @@ class Map:
     # ------------------------------------------------------------------ what it is
 
     @property
-    def func(self) -> Function:
-        """The function, as given."""
-        return self._func
-
-    @property
     def dimension(self) -> int:
         """The n."""
         return self._dimension
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """Names and values; a copy."""
-        return dict(self._parameters)
 
     @property
     def domain(self) -> Floats:
@@ -248,27 +234,6 @@ class Map:
         """The function as formulas of the coordinates, lifted; None if it was not recorded."""
         return self._recorded if isinstance(self._recorded, PointFunction) else None
 
-    def replace(self, **changes: float) -> Self:
-        """Return the same map with other parameter values.
-
-        Raises
-        ------
-        ValueError
-            A name is not one of the map's parameters, or a value is not a finite number.
-        """
-        for name in changes:
-            parameter_name("name", name, self._parameters, of=self)
-        other = copy.copy(self)
-        other._parameters = {**self._parameters, **checked_parameters(changes)}
-        return other
-
-    def __eq__(self, other: object) -> bool:
-        """Whether another map has the same functions, domain, periods and parameters."""
-        return isinstance(other, Map) and equal(self._given, other._given)
-
-    def __hash__(self) -> int:
-        return hash((id(self._func), self._dimension, *self._parameters.values()))
-
     @property
     def _given(self) -> tuple[Any, ...]:
         callables = (self._func, self._jacobian, self._label)
@@ -276,8 +241,7 @@ class Map:
 
     def __repr__(self) -> str:
         """Name of the function, dimension, parameters and engine."""
-        name = getattr(self._func, "__name__", type(self._func).__name__)
-        values = "".join(f", {key}={value:.12g}" for key, value in self._parameters.items())
+        name, values = self._shown()
         return f"Map({name}, {self._dimension}{values}; {self.engine})"
 
     # ------------------------------------------------------------------ values
@@ -344,7 +308,7 @@ class Map:
         ValueError
             ``name`` is not a parameter, or a point is outside the domain.
         """
-        parameter_name("name", name, self._parameters, of=self)
+        self._check_name(name)
         return self._recorded.rates(self._checked(x), name, self._parameters)
 
     def turned(self, x: ArrayLike) -> Floats:
@@ -450,7 +414,7 @@ class Map:
 
     def _try(self) -> None:
         """Refuse a function that fails, or returns other shapes."""
-        name = getattr(self._func, "__name__", type(self._func).__name__)
+        name, _ = self._shown()
         for points in (self._probes, self._probes[0]):
             try:
                 with np.errstate(all="ignore"):

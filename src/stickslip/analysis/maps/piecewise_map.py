@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
@@ -12,21 +11,22 @@ import numpy as np
 from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import FIRST_STEP, complex_step, extrapolated_difference
 from stickslip.analysis.maps.formulas import VARIABLE, Formulas, formulas_of
-from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points, iterate
+from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points
 from stickslip.analysis.maps.user_function import (
     Function,
+    UserMap,
     apply,
     as_labels,
     checked_callable,
     checked_parameters,
     takes_arrays,
 )
-from stickslip.checks import checked_interval, parameter_name, real_numbers, shown
-from stickslip.results.parts import equal
+from stickslip.checks import checked_interval, real_numbers, shown
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from typing import Self
 
     from numpy.typing import ArrayLike, NDArray
@@ -44,7 +44,7 @@ PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of difference
 
 
 @suggests
-class PiecewiseMap(EvaluatedMap):
+class PiecewiseMap(UserMap, EvaluatedMap):
     """A piecewise-smooth map of an interval into the line, with named parameters.
 
     Parameters
@@ -139,11 +139,6 @@ class PiecewiseMap(EvaluatedMap):
     # ------------------------------------------------------------------ what it is
 
     @property
-    def func(self) -> Function:
-        """The function, as given."""
-        return self._func
-
-    @property
     def callables(self) -> dict[str, Function]:
         """Every function that was given, by what it is for."""
         if isinstance(self._func, Formulas):
@@ -171,11 +166,6 @@ class PiecewiseMap(EvaluatedMap):
         """Ends of the closed interval of arguments."""
         return self._domain
 
-    @property
-    def parameters(self) -> dict[str, float]:
-        """Names and values; a copy."""
-        return dict(self._parameters)
-
     def replace(self, **changes: float) -> Self:
         """Return the same map with other parameter values.
 
@@ -192,20 +182,13 @@ class PiecewiseMap(EvaluatedMap):
         ``func`` may well depend on the values (``a * abs(x)`` at a = 0), so every copy finds
         that out for itself, when first asked for a slope.
         """
-        for name in changes:
-            self._check_name(name)
-        other = copy.copy(self)
-        other._parameters = {**self._parameters, **checked_parameters(changes)}
+        other = super().replace(**changes)
         other._analytic = None
         if callable(self._given_breakpoints):
             other._breakpoints = other._breakpoints_with(other._parameters)
         if not other._still_callable():
             other._learn_how_to_call()
         return other
-
-    def __eq__(self, other: object) -> bool:
-        """Whether another map has the same functions, domain and parameters."""
-        return isinstance(other, PiecewiseMap) and equal(self._given, other._given)
 
     def __hash__(self) -> int:
         func = self._func if isinstance(self._func, Formulas) else id(self._func)
@@ -220,8 +203,7 @@ class PiecewiseMap(EvaluatedMap):
 
     def __repr__(self) -> str:
         """Name of the function, domain and parameters."""
-        name = getattr(self._func, "__name__", type(self._func).__name__)
-        values = "".join(f", {key}={value:.12g}" for key, value in self._parameters.items())
+        name, values = self._shown()
         return f"PiecewiseMap({name}, [{self._domain[0]:.12g}, {self._domain[1]:.12g}]{values})"
 
     # ------------------------------------------------------------------ values
@@ -278,10 +260,6 @@ class PiecewiseMap(EvaluatedMap):
         points = checked_points(self._domain, x)
         return plain(self._parameter_slopes(points.ravel(), name).reshape(points.shape))
 
-    def iterate(self, x: ArrayLike, n: int) -> Floats:
-        """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once it has left."""
-        return iterate(self, x, n)
-
     # ------------------------------------------------------------------ inside
 
     def _value(self, x: ArrayLike) -> Floats:
@@ -289,11 +267,11 @@ class PiecewiseMap(EvaluatedMap):
         return self._values(points.ravel()).reshape(points.shape)
 
     def _values(self, x: Floats) -> Floats:
-        return apply(self._func, x, self._parameters, self._in_arrays)
+        return apply(self._func, x, self._parameters, self._arrays["func"])
 
     def _slopes(self, x: Floats) -> Floats:
         if self._given_derivative is not None:
-            return apply(self._given_derivative, x, self._parameters, self._derivative_in_arrays)
+            return apply(self._given_derivative, x, self._parameters, self._arrays["derivative"])
         if self._analytic is None:
             self._analytic = self._complex_step_agrees()
         if self._analytic:
@@ -315,7 +293,7 @@ class PiecewiseMap(EvaluatedMap):
         if self._given_label is None:
             return np.searchsorted(breakpoints, x, side="right").astype(np.uint64)
         with np.errstate(all="ignore"):
-            if self._label_in_arrays:
+            if self._arrays["label"]:
                 labels = np.broadcast_to(self._given_label(x, **parameters), x.shape)
             else:
                 labels = np.array([self._given_label(float(v), **parameters) for v in x])
@@ -370,7 +348,7 @@ class PiecewiseMap(EvaluatedMap):
         """Values with other parameters, NaN where the point has changed its branch."""
         moved = self._breakpoints_with(parameters)
         stays = self._labels_with(x, parameters, moved) == self._labels(x)
-        return np.where(stays, apply(self._func, x, parameters, self._in_arrays), np.nan)
+        return np.where(stays, apply(self._func, x, parameters, self._arrays["func"]), np.nan)
 
     # ------------------------------------------------------------------ checks
 
@@ -389,23 +367,23 @@ class PiecewiseMap(EvaluatedMap):
 
     def _learn_how_to_call(self) -> None:
         """Try out which callables take arrays; raise if one works in no way."""
-        label, derivative = self._given_label, self._given_derivative
-        self._in_arrays = self._takes_arrays("func", self._func)
-        self._label_in_arrays = label is not None and self._takes_arrays("label", label)
-        self._derivative_in_arrays = derivative is not None and self._takes_arrays(
-            "derivative", derivative
-        )
+        self._arrays = {role: self._takes_arrays(role, func) for role, func in self._of_points()}
         self._analytic = None
+
+    def _of_points(self) -> Iterator[tuple[str, Function]]:
+        """Yield the callables that every point is given to, by their roles."""
+        yield "func", self._func
+        if self._given_label is not None:
+            yield "label", self._given_label
+        if self._given_derivative is not None:
+            yield "derivative", self._given_derivative
 
     def _still_callable(self) -> bool:
         """Tell whether the callables work, with these parameters, in the ways already known."""
         few, parameters = self._few_probes(), self._parameters
         try:
-            apply(self._func, few, parameters, self._in_arrays)
-            if self._given_label is not None:
-                apply(self._given_label, few, parameters, self._label_in_arrays)
-            if self._given_derivative is not None:
-                apply(self._given_derivative, few, parameters, self._derivative_in_arrays)
+            for role, func in self._of_points():
+                apply(func, few, parameters, self._arrays[role])
         except Exception:  # whatever it is, the first way of trying names it
             return False
         return True
@@ -415,7 +393,7 @@ class PiecewiseMap(EvaluatedMap):
 
     def _complex_step_agrees(self) -> bool:
         """Tell whether ``func`` carries complex arrays and is analytic at every probe."""
-        if not self._in_arrays:
+        if not self._arrays["func"]:
             return False
         x = self._probes()
         value = self._values(x)
@@ -463,6 +441,3 @@ class PiecewiseMap(EvaluatedMap):
                 checked_callable(f"parameter_derivative[{shown(name)}]", slope)
         elif given is not None:
             checked_callable("parameter_derivative", given)
-
-    def _check_name(self, name: object) -> None:
-        parameter_name("name", name, self._parameters, of=self)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from stickslip.analysis.maps.arguments import map_of
+from stickslip.analysis.maps.derived import plain
 from stickslip.checks import MOST_STEPS, shown, whole_number
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
@@ -127,5 +128,4 @@ def _weighted(turns: Floats) -> Floats:
 def _plain(values: Floats, start: Floats, line: bool) -> Any:
     shape = start.shape if line or start.ndim == 0 else start.shape[:-1]
     shaped = values.reshape(*shape, -1)
-    single = shaped[..., 0] if shaped.shape[-1] == 1 else shaped
-    return float(single) if single.ndim == 0 else single
+    return plain(shaped[..., 0] if shaped.shape[-1] == 1 else shaped)

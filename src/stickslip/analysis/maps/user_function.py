@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import finite_number, instance, shown
+from stickslip.checks import finite_number, instance, parameter_name, shown
+from stickslip.results.parts import equal
 
 if TYPE_CHECKING:
+    from typing import Self
+
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels
@@ -17,6 +21,57 @@ if TYPE_CHECKING:
 Function: TypeAlias = Callable[..., Any]
 
 LARGEST_LABEL: Final = 2.0**62
+
+
+class UserMap:
+    """What maps by a user's function have in common: it, and parameters with names."""
+
+    _func: Function
+    _parameters: dict[str, float]
+
+    @property
+    def func(self) -> Function:
+        """The function, as given."""
+        return self._func
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Names and values; a copy."""
+        return dict(self._parameters)
+
+    def replace(self, **changes: float) -> Self:
+        """Return the same map with other parameter values.
+
+        Raises
+        ------
+        ValueError
+            A name is not one of the map's parameters, or a value is not a finite number.
+        """
+        for name in changes:
+            self._check_name(name)
+        other = copy.copy(self)
+        other._parameters = {**self._parameters, **checked_parameters(changes)}
+        return other
+
+    def __eq__(self, other: object) -> bool:
+        """Whether another map has the same functions, domain and parameters."""
+        return isinstance(other, type(self)) and equal(self._given, other._given)
+
+    def __hash__(self) -> int:
+        return hash((id(self._func), *self._parameters.values()))
+
+    @property
+    def _given(self) -> tuple[Any, ...]:
+        """What makes two maps the same."""
+        raise NotImplementedError
+
+    def _check_name(self, name: object) -> None:
+        parameter_name("name", name, self._parameters, of=self)
+
+    def _shown(self) -> tuple[str, str]:
+        """Name of the function, and the parameters with a comma before each."""
+        values = "".join(f", {key}={value:.12g}" for key, value in self._parameters.items())
+        return getattr(self._func, "__name__", type(self._func).__name__), values
 
 
 def apply(func: Function, x: Floats, parameters: Mapping[str, float], in_arrays: bool) -> Floats:
@@ -36,8 +91,9 @@ def takes_arrays(role: str, func: Function, x: Floats, parameters: Mapping[str, 
         one_by_one = apply(func, x, parameters, in_arrays=False)
     except Exception as reason:
         name = getattr(func, "__name__", type(func).__name__)
+        keywords = "".join(f", {each}=..." for each in parameters)
         raise ValueError(
-            f"{role} = {name}: the call {name}(x{_keywords(parameters)}) failed at "
+            f"{role} = {name}: the call {name}(x{keywords}) failed at "
             f"x = {x[0]:.6g} with {type(reason).__name__}: {reason}. It must accept a "
             "point of the domain and every parameter by its name, and return a number."
         ) from reason
@@ -55,10 +111,6 @@ def checked_callable(role: str, func: object) -> None:
             f"{role} = {shown(func)} cannot be called: a function of the point and of the "
             "parameters by name is needed."
         )
-
-
-def _keywords(parameters: Mapping[str, float]) -> str:
-    return "".join(f", {name}=..." for name in parameters)
 
 
 def as_labels(numbers: NDArray[Any]) -> Labels:

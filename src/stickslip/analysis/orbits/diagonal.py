@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
+from stickslip.analysis.branches.mesh import slope_extremes
 from stickslip.analysis.orbits.orbit import NearFold
 
 if TYPE_CHECKING:
@@ -78,7 +79,8 @@ class Brackets:
 def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[NearFold]]:
     """Find an interval for every fixed point of f^p, one per class of shifted words; near-folds."""
     touch = TOUCH * _scale(pieces.laps)
-    whole = _whole_pieces(pieces)
+    ends, unknown = (pieces.left.orbit, pieces.right.orbit), np.full(len(pieces), np.nan)
+    whole = Brackets(np.arange(len(pieces)), pieces.word, *ends, unknown, unknown)
     candidates = whole.take(_may_cross(whole, pieces.direction, touch))
     candidates = candidates.take(_one_per_class(candidates))
     rising = pieces.direction[candidates.piece] > 0
@@ -88,14 +90,6 @@ def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[Ne
 
 def _scale(laps: Laps) -> float:
     return max(abs(end) for end in laps.f.domain)
-
-
-def _whole_pieces(pieces: Pieces) -> Brackets:
-    n = len(pieces)
-    unknown = np.full(n, np.nan)
-    return Brackets(
-        np.arange(n), pieces.word, pieces.left.orbit, pieces.right.orbit, unknown, unknown
-    )
 
 
 def _may_cross(whole: Brackets, direction: Indices, touch: float) -> Bools:
@@ -114,7 +108,9 @@ def _one_per_class(candidates: Brackets) -> Indices:
     least = word.copy()
     for shift in range(1, word.shape[1]):
         rolled = np.roll(word, -shift, axis=1)
-        smaller = _lexicographically_less(rolled, least)
+        # Compare lexicographically: where words differ first.
+        place, row = np.argmax(rolled != least, axis=1), np.arange(len(word))
+        smaller = rolled[row, place] < least[row, place]
         least[smaller] = rolled[smaller]
     if not len(word):
         return np.zeros(0, dtype=np.intp)
@@ -123,14 +119,6 @@ def _one_per_class(candidates: Brackets) -> Indices:
     first = np.ones(len(order), dtype=bool)
     first[1:] = np.diff(group.ravel()[order]) > 0
     return np.sort(order[first])
-
-
-def _lexicographically_less(a: Indices, b: Indices) -> Bools:
-    differs = a != b
-    place = np.argmax(differs, axis=1)
-    row = np.arange(len(a))
-    less: Bools = a[row, place] < b[row, place]
-    return less
 
 
 def forward_orbits(
@@ -282,11 +270,8 @@ def _cubic_slopes(parts: Brackets, error: Floats) -> tuple[Floats, Floats]:
     s0, s1 = parts.slope_left, parts.slope_right
     with np.errstate(all="ignore"):
         mean = (parts.right[:, -1] - parts.left[:, -1]) / parts.width
-        b, c = 6 * mean - 4 * s0 - 2 * s1, 3 * (s0 + s1 - 2 * mean)
-        t = -b / (2 * c)
-        inner = np.where((t > 0) & (t < 1), s0 + b * t / 2, s0)
-    low = np.minimum(np.minimum(s0, s1), inner) - error
-    high = np.maximum(np.maximum(s0, s1), inner) + error
+        low, high = slope_extremes(mean, s0, s1)
+    low, high = low - error, high + error
     # Rounding in the mean slope of a narrow part is no bend.
     noise = 4 * EPS * np.abs(parts.right[:, -1]) / np.maximum(parts.width, EPS)
     trusted = error <= TRUSTED * np.maximum(np.maximum(np.abs(s0), np.abs(s1)), 1.0)

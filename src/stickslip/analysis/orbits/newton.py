@@ -181,17 +181,13 @@ def residual_is_rounding(
     return np.asarray(rounding.all(axis=1))
 
 
-def turn_towards(points: Floats, near: Floats) -> int:
-    """Return by how many places to roll an orbit back so that it comes closest to another."""
-    n = len(near)
-    rolled = points[np.add.outer(np.arange(n), np.arange(n)) % n]
-    return int(np.argmin(np.abs(rolled - near).max(axis=1)))
-
-
 def turned(points: Floats, near: Floats) -> Floats:
     """Repeat and turn an orbit so that it comes closest to one of a multiple of its period."""
-    repeated = np.tile(points, len(near) // len(points))
-    return np.roll(repeated, -turn_towards(repeated, near))
+    n = len(near)
+    repeated = np.tile(points, n // len(points))
+    rolled = repeated[np.add.outer(np.arange(n), np.arange(n)) % n]
+    turns: Floats = rolled[np.argmin(np.abs(rolled - near).max(axis=1))]
+    return turns
 
 
 def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:

@@ -204,10 +204,7 @@ class OrbitSequence(ResultList[Orbit]):
     """Periodic orbits, a sequence: its ``orbits``."""
 
     orbits: tuple[Orbit, ...]
-
-    @property
-    def _items(self) -> tuple[Orbit, ...]:
-        return self.orbits
+    _of: ClassVar = "orbits"
 
     @property
     def stable(self) -> tuple[Orbit, ...]:

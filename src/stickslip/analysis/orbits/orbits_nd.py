@@ -425,11 +425,6 @@ def is_minimal(f: MapND, points: Floats) -> bool:
     return not any(_close(f, points, np.roll(points, q, axis=0)) for q in shifts)
 
 
-def same_orbit(f: MapND, one: PeriodicOrbitND, other: PeriodicOrbitND) -> bool:
-    """Tell whether two orbits of one period are the same, from whatever point they start."""
-    return same_points(f, one.points, other.points)
-
-
 def same_points(f: MapND, one: Floats, other: Floats, tolerance: float = SAME) -> bool:
     """Tell whether points (p, n) are those of one orbit, in any turn."""
     turns = (np.roll(other, k, axis=0) for k in range(len(other)))

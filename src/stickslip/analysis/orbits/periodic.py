@@ -228,8 +228,9 @@ class _Search:
         error = np.where(np.isfinite(found.error), found.error, 0.0)
         minimal = ~found.repeats(4 * error + SAME * self.scale)
         brackets, found = brackets.take(minimal), found.take(minimal)
-        once = self._distinct(found)
-        self._append(brackets.take(once), found.take(once))
+        for k in self._distinct(found):
+            if not self._is_on_border(brackets.word[k], found.points[k]):
+                self.orbits.append(self._orbit(brackets, found, k))
 
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
         """Solve each bracket: Newton from a guess by inverse branches, else after halving."""
@@ -238,7 +239,9 @@ class _Search:
         if failed.size:
             shrunk = self._shrunk(brackets.take(failed))
             middle = 0.5 * (shrunk.left + shrunk.right)[:, :-1]
-            found = _with_rows(found, failed, self._polished(shrunk, middle))
+            better = self._polished(shrunk, middle)
+            for one in fields(found):
+                getattr(found, one.name)[failed] = getattr(better, one.name)
         return brackets, found
 
     def _guess(self, brackets: Brackets) -> Floats:
@@ -278,7 +281,9 @@ class _Search:
 
     def _distinct(self, found: Polished) -> Indices:
         """Choose orbits that are not another one once more."""
-        points, error = _from_smallest(found.points), found.error.max(axis=1, initial=0.0)
+        (n, p), error = found.points.shape, found.error.max(axis=1, initial=0.0)
+        turns = np.argmin(found.points, axis=1)[:, None] + np.arange(p)  # the smallest point first
+        points = found.points[np.arange(n)[:, None], turns % p]
         order = np.argsort(points[:, 0], kind="stable")
         kept: list[int] = []
         for k in order:
@@ -294,14 +299,6 @@ class _Search:
         return np.array(kept, dtype=np.intp)
 
     # ------------------------------------------------------------------ as results
-
-    def _append(self, brackets: Brackets, found: Polished) -> None:
-        """Describe orbits and add them, except those on a jump or on the edge of a gap."""
-        if not len(brackets):
-            return
-        for k in range(len(brackets)):
-            if not self._is_on_border(brackets.word[k], found.points[k]):
-                self.orbits.append(self._orbit(brackets, found, k))
 
     def _is_on_border(self, word: Indices, points: Floats) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
@@ -343,19 +340,6 @@ class _Search:
         orbits, unresolved = orbits_through_jumps(pieces, self.table)
         self.orbits += orbits
         self.unresolved += unresolved
-
-
-def _from_smallest(points: Floats) -> Floats:
-    """Rotate each orbit so that it starts with its smallest point."""
-    n, p = points.shape
-    start = np.argmin(points, axis=1)
-    return points[np.arange(n)[:, None], (start[:, None] + np.arange(p)) % p]
-
-
-def _with_rows(found: Polished, index: Indices, other: Polished) -> Polished:
-    for one in fields(found):
-        getattr(found, one.name)[index] = getattr(other, one.name)
-    return found
 
 
 def orbits_through_jumps(

@@ -124,7 +124,8 @@ def escape(
 
 def smallest_impulses(near: Surroundings, n_sizes: int) -> tuple[Impulse, ...]:
     """Try impulses of each velocity in both senses, the smallest first; none without velocities."""
-    after: Any = getattr(near.f, "after_impulse", None)
+    f: Any = near.f
+    after = getattr(f, "after_impulse", None)
     if after is None or not n_sizes:
         return ()
     every = max(1, len(near.points) // FEW)
@@ -132,7 +133,7 @@ def smallest_impulses(near: Surroundings, n_sizes: int) -> tuple[Impulse, ...]:
     sizes = np.geomspace(*SIZES, n_sizes)
     return tuple(
         _Search(near, after, block, sense).smallest(points, sizes)
-        for block in range(1, near.f.n_impulses + 1)
+        for block in range(1, f.n_impulses + 1)
         for sense in (-1.0, 1.0)
     )
 

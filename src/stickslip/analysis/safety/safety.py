@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -197,44 +197,10 @@ class SafetyList(ResultList[Safety]):
     _column_names: ClassVar = Safety._column_names
     _plot: ClassVar = "safety.draw_safeties"
 
-    @property
-    def _items(self) -> tuple[Safety, ...]:
-        return self.items
-
     def __repr__(self) -> str:
         """Table."""
         head = f"SafetyList: {len(self)} values of {self.parameter}{'; ' * bool(self.lost)}"
         return f"{head}{self.lost}\n{self.table()}"
-
-
-@dataclass(frozen=True)
-class _Wanted:
-    """What is asked of each attractor."""
-
-    kicks: Floats
-    distribution: Distribution
-    within: int
-    n_runs: int
-    n_samples: int
-    n_impulses: int
-    tolerance: float
-    rng: np.random.Generator = field(compare=False)
-
-    def of(self, near: Surroundings, attractor: Attractor | AttractorND) -> Safety:
-        """Measure it."""
-        share = near.share(self.n_samples)
-        steps, within = near.settling(self.n_samples, self.tolerance)
-        size = np.broadcast_to(self.kicks, near.points.shape[1:])
-        asked = (size, self.distribution, self.within, self.n_runs, self.rng)
-        return Safety(
-            attractor=attractor,
-            value=math.nan,
-            share=share,
-            displacement=near.displacement(self.n_samples, self.rng),
-            impulses=smallest_impulses(near, self.n_impulses),
-            settling=Settling(np.sort(steps), within),
-            escape=escape(near, *asked) if size.any() else None,
-        )
 
 
 @waits
@@ -315,16 +281,12 @@ def safety(
     if not (np.isfinite(sizes) & (sizes >= 0.0)).all():
         raise ValueError(f"kicks = {shown(kicks)} is not allowed: sizes are finite, 0 or more.")
     one_of("distribution", distribution, ("normal", "uniform"))
-    wanted = _Wanted(
-        kicks=sizes,
-        distribution=distribution,
-        within=whole_number("within", within, at_most=MOST_KEPT),
-        n_runs=whole_number("n_runs", n_runs, at_most=MOST_KEPT),
-        n_samples=whole_number("n_samples", n_samples, at_most=MOST_KEPT),
-        n_impulses=whole_number("n_impulses", n_impulses, 0, at_most=MOST_KEPT),
-        tolerance=finite_number("tolerance", tolerance, above=0.0, at_most=1.0),
-        rng=random_generator("rng", 0 if rng is None else rng),
-    )
+    within = whole_number("within", within, at_most=MOST_KEPT)
+    n_runs = whole_number("n_runs", n_runs, at_most=MOST_KEPT)
+    n_samples = whole_number("n_samples", n_samples, at_most=MOST_KEPT)
+    n_impulses = whole_number("n_impulses", n_impulses, 0, at_most=MOST_KEPT)
+    tolerance = finite_number("tolerance", tolerance, above=0.0, at_most=1.0)
+    generator = random_generator("rng", 0 if rng is None else rng)
     number = whole_number("attractor", attractor, 0, at_most=MOST_KEPT)
     found_map = map_of(system)
     f = found_map if isinstance(found_map, MapND) else line_map(system, "system")
@@ -333,9 +295,32 @@ def safety(
     dimension = f.dimension if isinstance(f, MapND) else 1
     if sizes.shape not in ((), (dimension,)):
         raise ValueError(f"kicks = {shown(kicks)}: give one size, or {dimension}.")
+
+    def measured(f: Any, found: Any, number: int, value: float = math.nan) -> Safety:
+        if number >= len(found):
+            raise ValueError(
+                f"attractor = {number}: {len(found)} attractors were found, numbered from 0."
+            )
+        near: Surroundings
+        if isinstance(f, MapND):
+            near = SpaceSurroundings(f, found, number)
+        else:
+            near = LineSurroundings(f, basins(f, found), number)
+        share, (steps, close) = near.share(n_samples), near.settling(n_samples, tolerance)
+        size = np.broadcast_to(sizes, near.points.shape[1:])
+        kicked = size, distribution, within, n_runs, generator
+        return Safety(
+            attractor=found[number],
+            value=value,
+            share=share,
+            displacement=near.displacement(n_samples, generator),
+            impulses=smallest_impulses(near, n_impulses),
+            settling=Settling(np.sort(steps), close),
+            escape=escape(near, *kicked) if size.any() else None,
+        )
+
     if parameter is None:
-        listed = attractors(f) if found is None else found
-        return _safety(f, listed, number, wanted)
+        return measured(f, attractors(f) if found is None else found, number)
     if found is not None:
         raise ValueError("found is of one map: along a parameter attractors are searched for.")
     wanted_values = grid("values", values)
@@ -345,22 +330,11 @@ def safety(
         if place < 0:
             lost = f"no attractor that the one before comes to at {parameter} = {value:.12g}"
             break
-        items.append(replace(_safety(at, listed, place, wanted), value=value))
+        items.append(measured(at, listed, place, value))
     return SafetyList(tuple(items), parameter, lost)
 
 
 Found: TypeAlias = tuple[float, int, Any, Any]
-
-
-def _safety(f: Any, found: Any, number: int, wanted: _Wanted) -> Safety:
-    if number >= len(found):
-        raise ValueError(
-            f"attractor = {number}: {len(found)} attractors were found, numbered from 0."
-        )
-    if isinstance(f, MapND):
-        return wanted.of(SpaceSurroundings(f, found, number), found[number])
-    f = line_map(f)
-    return wanted.of(LineSurroundings(f, basins(f, found), number), found[number])
 
 
 def _along_line(f: Any, parameter: str, values: Floats, number: int) -> Iterator[Found]:

@@ -6,13 +6,13 @@ On a line basins are intervals, and all of this is read from them. In R^n points
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from stickslip.analysis.attractors.attractors import spread_points
-from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED
+from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, spread_over_open
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
 from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates, sample_values
 from stickslip.analysis.interpolation.interpolated import stand_in
@@ -67,29 +67,6 @@ class Displacement(NamedTuple):
     reason: str = ""
 
 
-class Surroundings(Protocol):
-    """What the rest asks of the surroundings of the attractor number `k`: points are (m, n)."""
-
-    f: Any
-    k: int
-    points: Floats  # on the attractor
-
-    def fate(self, x: Floats, /) -> Indices:
-        """Tell whose basin points are in; -1 undecided, -2 for what leaves."""
-
-    def step(self, x: Floats, /) -> Floats:
-        """Apply the map to points of the basin."""
-
-    def share(self, n_samples: int, /) -> Estimate:
-        """Return the part of the domain that is the attractor's basin."""
-
-    def displacement(self, n_samples: int, rng: np.random.Generator, /) -> Displacement:
-        """Find the smallest displacement into another basin."""
-
-    def settling(self, n_samples: int, within: float, /) -> tuple[Floats, float]:
-        """Return the steps until starts all over the basin have settled, and within what."""
-
-
 class _Way(NamedTuple):
     """A displacement of a point of an attractor that leads to another basin."""
 
@@ -112,7 +89,7 @@ class LineSurroundings:
         self.points = np.asarray(points)[:, None]
 
     def fate(self, x: Floats) -> Indices:
-        """As in `Surroundings`; what is not proved is followed until it is."""
+        """Tell whose basin points (m, 1) are in; what is not proved is followed until it is."""
         found = self._proved(x[:, 0])
         if (open_ := found == UNDECIDED).any():
             tails = self._proved(advance(self.fast, x[open_, 0], FOLLOWED))
@@ -125,7 +102,7 @@ class LineSurroundings:
         return np.where(inside, self.basins.at(np.where(inside, clipped, self.f.domain[0])), LEFT)
 
     def step(self, x: Floats) -> Floats:
-        """As in `Surroundings`."""
+        """Apply the map to points of the basin, (m, 1)."""
         return advance(self.fast, x[:, 0], 1)[:, 1:]
 
     def share(self, n_samples: int) -> Estimate:
@@ -160,11 +137,7 @@ class LineSurroundings:
         """Find the nearest of what is known to be foreign, and of samples of what is not proved."""
         edges, index = self.basins.edges, self.basins.index
         foreign = np.flatnonzero((index != self.k) & (index != UNDECIDED))
-        open_ = np.flatnonzero(index == UNDECIDED)
-        ends = np.cumsum(np.diff(edges)[open_])
-        place = ends[-1] * (np.arange(n_samples) + 0.5) / n_samples
-        k = np.minimum(np.searchsorted(ends, place, side="right"), len(open_) - 1)
-        tried = edges[open_[k] + 1] - (ends[k] - place)
+        tried = spread_over_open(edges, index, np.full(n_samples, 0.5))
         x = np.concatenate([edges[[0, -1]], edges[foreign], edges[foreign + 1], tried])
         known = np.concatenate([[LEFT, LEFT], index[foreign], index[foreign]])
         fate = np.concatenate([known, self.fate(tried[:, None])])
@@ -212,11 +185,11 @@ class SpaceSurroundings:
         self._spread: tuple[Floats, Indices, Indices] | None = None
 
     def fate(self, x: Floats) -> Indices:
-        """As in `Surroundings`."""
+        """Tell whose basin points (m, n) are in; -1 undecided, -2 for what leaves."""
         return fates(self.f, reduced(self.f, x), self.cells, MAX_STEPS)[0]
 
     def step(self, x: Floats) -> Floats:
-        """As in `Surroundings`."""
+        """Apply the map to points of the basin, (m, n)."""
         return sample_values(self.f, x)
 
     def _starts(self, n_samples: int) -> tuple[Floats, Indices, Indices]:
@@ -307,3 +280,6 @@ class SpaceSurroundings:
         error = float((high[k] - low[k]) * lengths[k])
         ways = high[:, None] * ways
         return _Way(base[k], ways[k], float(np.linalg.norm(ways[k])), error), base + ways
+
+
+Surroundings: TypeAlias = LineSurroundings | SpaceSurroundings

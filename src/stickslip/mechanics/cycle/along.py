@@ -41,10 +41,6 @@ class EquilibriumProblem(Problem):
         x = curve.points[row]
         return min(found, key=lambda each: float(np.abs(each.x - x).max()))
 
-    def row(self, curve: Curve, row: int) -> Equilibrium:
-        """Solve for the steady sliding of a row."""
-        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
-
 
 def follow_equilibrium(
     equilibrium: Equilibrium, parameter: str, range: tuple[float, float]

@@ -127,7 +127,7 @@ def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[f
 class _CycleFollower(Follower):
     """Follows a limit cycle through changes of modes."""
 
-    kind: ClassVar = "cycle"
+    kind = "cycle"
     most_borders: ClassVar = 24  # changes of the sequence of modes
 
     def __init__(self, cycle: Cycle, name: str, low: float, high: float, max_points: int) -> None:

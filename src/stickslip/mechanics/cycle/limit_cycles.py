@@ -60,10 +60,7 @@ class CycleList(ResultList[Cycle]):
     _number: ClassVar = "cycle"
     _column_names: ClassVar = Cycle._column_names
     _plot: ClassVar = "cycles.plot_cycles"
-
-    @property
-    def _items(self) -> tuple[Cycle, ...]:
-        return self.cycles
+    _of: ClassVar = "cycles"
 
     @property
     def unseen(self) -> float:

@@ -20,7 +20,7 @@ from stickslip.analysis.orbits.orbits_nd import (
     PeriodicOrbitND,
     is_minimal,
     make_orbit,
-    same_orbit,
+    same_points,
 )
 from stickslip.analysis.work import Work
 
@@ -125,7 +125,7 @@ class Search:
         for k, known in enumerate(self.sets):
             other = known.orbit
             if other is not None and other.period == orbit.period:
-                if same_orbit(self.f, other, orbit):
+                if same_points(self.f, other.points, orbit.points):
                     return k
         self.sets.append(_Set(orbit.points, orbit, 1.0, self._tree(orbit.points)))
         return len(self.sets) - 1
@@ -137,9 +137,8 @@ class Search:
         tail = path[-len(path) // 2 :]
         steps, n = SETTLING, LONG
         while True:
-            for k, known in enumerate(self.sets):
-                if known.orbit is None and self.near(known, tail) >= RECURS:
-                    return k
+            if (k := self._set_near(tail, RECURS)) is not None:
+                return k
             path = orbits(self.f, path[-1:], n)[0]
             steps += n
             if not np.isfinite(path[-1]).all():
@@ -148,18 +147,19 @@ class Search:
                 break
             made = self.recurring(path)
             if made.recurrence >= RECURS or steps + 2 * n > self.max_steps:
-                k = self._joined(made)
+                if (near := self._set_near(made.points, MEETS)) is None:
+                    self.sets.append(made)
+                k = len(self.sets) - 1 if near is None else near
                 break
             tail, n = path[n // 2 :], 2 * n
         self.settled = max(self.settled, steps)
         return k
 
-    def _joined(self, made: _Set) -> int:
-        for k, known in enumerate(self.sets):
-            if known.orbit is None and self.near(known, made.points) >= MEETS:
-                return k
-        self.sets.append(made)
-        return len(self.sets) - 1
+    def _set_near(self, points: Floats, share: float) -> int | None:
+        """Return the number of a set, no cycle, that such a share of points lies close to."""
+        sets = enumerate(self.sets)
+        near = (k for k, s in sets if s.orbit is None and self.near(s, points) >= share)
+        return next(near, None)
 
     # ------------------------------------------------------------------ results
 

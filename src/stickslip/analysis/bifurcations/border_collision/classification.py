@@ -61,7 +61,10 @@ def predicted_at_corner(
     pairs, doubles = paired_side(a, b), doubled_side(a, b)
     text = f"slopes {a:.6g}, {b:.6g} at the corner: {_orbits_at_corner(pairs, doubles, period)}"
     text += f"; {_attractors_at_corner(a, b)}: before {before}, after {after}"
-    return Outcome(_at_corner(pairs, doubles, direction), after.kind, text, before, after)
+    orbits: OrbitOutcome = "period-doubled" if doubles else "persist"
+    if pairs:
+        orbits = "born in pairs" if pairs == direction else "die in pairs"
+    return Outcome(orbits, after.kind, text, before, after)
 
 
 def _in_steps_of_f(found: LocalAttractor, period: int) -> LocalAttractor:
@@ -72,12 +75,6 @@ def _in_steps_of_f(found: LocalAttractor, period: int) -> LocalAttractor:
         base=found.base * period,
         offset=found.offset * period,
     )
-
-
-def _at_corner(pairs: int, doubles: int, direction: int) -> OrbitOutcome:
-    if pairs:
-        return "born in pairs" if pairs == direction else "die in pairs"
-    return "period-doubled" if doubles else "persist"
 
 
 def _orbits_at_corner(pairs: int, doubles: int, period: int) -> str:

@@ -30,27 +30,16 @@ def attractor_of_skew_tent(a: float, b: float, side: int = 1) -> LocalAttractor:
         return NONE  # right of 0 every point moves on to the right
     if b > -1.0:
         return LocalAttractor("periodic", 1)
-    if a <= 0.0:
-        return _of_falling_map(a, b)
+    if a <= 0.0:  # a homeomorphism, so there are periods 1 and 2 only
+        doubled = a > -1.0 and (a == 0.0 or a * b < 1.0)
+        return LocalAttractor("periodic", 2) if doubled else NONE
     if (a - 1.0) * (-b - 1.0) > 1.0 and a > 1.0:
         return NONE  # the corner's second image is left of the unstable fixed point
-    if math.isinf(b):
-        return _of_square_root(a)
+    if math.isinf(b):  # a falling square root: the orbits L^n R, n without bound
+        if a > ROOT_CHAOS:
+            return LocalAttractor("chaotic")
+        return LocalAttractor("period-incrementing", base=1, offset=1)
     return _of_folded_map(a, b)
-
-
-def _of_falling_map(a: float, b: float) -> LocalAttractor:
-    """Attractor for a <= 0, b < -1: a homeomorphism, so there are periods 1 and 2 only."""
-    if a > -1.0 and (a == 0.0 or a * b < 1.0):
-        return LocalAttractor("periodic", 2)
-    return NONE
-
-
-def _of_square_root(a: float) -> LocalAttractor:
-    """Attractor for 0 < a < 1 and a falling square root: the orbits L^n R, n without bound."""
-    if a > ROOT_CHAOS:
-        return LocalAttractor("chaotic")
-    return LocalAttractor("period-incrementing", base=1, offset=1)
 
 
 def _of_folded_map(a: float, b: float) -> LocalAttractor:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
 import numpy as np
 
@@ -131,17 +131,22 @@ class Fold:
 
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` where (f^p)' is not 1 anywhere nearby."""
-        path, curvature, value = slope_one(f, self.period, self.points[0])
-        return Reading(
-            value=value,
-            noise=rounding(f, path),
-            points=path.points[:-1],
-            multipliers=(path.slope,),
-            condition=Fold(self.period, path.points[:-1]),
-            labels=path.labels,
-            visited=path.points[:-1],
-            curvature=curvature,
-        )
+        return fold_reading(f, *slope_one(f, self.period, self.points[0]))
+
+
+def fold_reading(f: Map1D, path: Path, curvature: float, value: float) -> Reading:
+    """Describe an orbit where (f^p)' is 1, or nearly so, by its path and f^p(x) - x."""
+    points = path.points[:-1]
+    return Reading(
+        value=value,
+        noise=rounding(f, path),
+        points=points,
+        multipliers=(path.slope,),
+        condition=Fold(len(points), points),
+        labels=path.labels,
+        visited=points,
+        curvature=curvature,
+    )
 
 
 @part
@@ -291,11 +296,7 @@ class Contact:
     side: int  # of the critical point, -1 or 1; of no account at a turning point
     k: int  # applications of the map
     border: TrackedDiscontinuity | DomainEnd
-
-    @property
-    def period(self) -> int:
-        """0: no orbit is concerned."""
-        return 0
+    period: ClassVar = 0  # no orbit is concerned
 
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` without c, b, or an image of c."""

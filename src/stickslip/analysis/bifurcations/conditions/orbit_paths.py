@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -97,19 +97,16 @@ def path_of(f: Map1D, x: float, n: int, others: Others = MappingProxyType({})) -
 
 def rounding(f: Map1D, path: Path, position: float = 0.0) -> float:
     """Estimate the rounding at the end of a path, whose start may be off by ``position``."""
+    whole = getattr(f, "whole", f)
+    # Of one value, by the map's own word if it has one.
+    accuracy = getattr(whole, "accuracy", None)
+    accuracy = ROUNDINGS * EPS * domain_width(whole) if accuracy is None else float(accuracy)
     carried, error = 1.0, 0.0
     for slope in reversed(path.slopes):
-        error += _accuracy(f) * carried
+        error += accuracy * carried
         # An infinite slope carries nothing on: the value beside it is a limit.
         carried *= abs(slope) if math.isfinite(slope) else 1.0
     return error + (position + float(np.spacing(abs(path.points[0])))) * (1.0 + carried)
-
-
-def _accuracy(f: Map1D) -> float:
-    """Error of one value, by the map's own word if it has one (``accuracy``)."""
-    whole = getattr(f, "whole", f)
-    known = getattr(whole, "accuracy", None)
-    return ROUNDINGS * EPS * domain_width(whole) if known is None else float(known)
 
 
 # ---------------------------------------------------------------- periodic orbits
@@ -169,16 +166,12 @@ def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
         # Where f^p bends sharply even a small step matters to the value.
         if abs(step) <= SETTLED * scale and abs((1.0 - slope) * step) <= SHARP * scale:
             value = path.points[-1] - path.points[0] - 0.5 * (1.0 - slope) * step
-            return _shifted(path, step), curvature, value
+            # The start of the path moves a little, and its images with it.
+            shifts = step * np.cumprod([1.0, *path.slopes])
+            points = tuple((np.array(path.points) + shifts).tolist())
+            return replace(path, points=points), curvature, value
         x += step
     raise ConditionLost(f"the slope of f^{p} is not 1 near {x:.12g}")
-
-
-def _shifted(path: Path, step: float) -> Path:
-    """Move the start of a path a little, and its images with it."""
-    shifts = step * np.cumprod([1.0, *path.slopes])
-    points = tuple((np.array(path.points) + shifts).tolist())
-    return Path(points, path.slopes, path.labels, path.complete)
 
 
 def bend(f: Map1D, p: int, x: float, h: float) -> tuple[Path, float, float]:

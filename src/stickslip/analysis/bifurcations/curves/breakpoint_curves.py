@@ -66,10 +66,6 @@ class BreakpointProblem(Problem):
             system=f,
         )
 
-    def row(self, curve: Curve, row: int) -> Breakpoint:
-        """Find it again at the parameter of the row."""
-        return self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
-
 
 def follow_breakpoint(
     point: Breakpoint | TrackedDiscontinuity,
@@ -95,7 +91,7 @@ def follow_breakpoint(
 class _BreakFollower(Follower):
     """Follows a border from value to value, in steps as long as its line is straight."""
 
-    kind: ClassVar = "breakpoint"
+    kind = "breakpoint"
 
     def __init__(self, system: MapFamily, name: str, low: float, high: float) -> None:
         super().__init__(name, low, high, CONTROL, MAX_POINTS)

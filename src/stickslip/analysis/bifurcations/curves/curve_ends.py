@@ -74,12 +74,11 @@ def _other_break(
     assert isinstance(old, TrackedDiscontinuity)
     assert isinstance(new, TrackedDiscontinuity)
     where = f"the {border.kind} at {border.x:.12g}"
-    if side == "left":
-        met = TrackedDiscontinuity(new.left_label, old.left_label, border.x, "jump")
-        split = TrackedDiscontinuity(old.left_label, new.left_label, border.x, "jump")
-    else:
-        met = TrackedDiscontinuity(old.right_label, new.right_label, border.x, "jump")
-        split = TrackedDiscontinuity(new.right_label, old.right_label, border.x, "jump")
+    labels = new.left_label, old.left_label
+    if side == "right":
+        labels = old.right_label, new.right_label
+    met = TrackedDiscontinuity(*labels, border.x, "jump")
+    split = TrackedDiscontinuity(*labels[::-1], border.x, "jump")
     node = _extrapolated(equations, last, lambda node: _gap(equations, met, node), LOOK_BACK)
     what = f"another break meets {where}: the branch on its {side} ends there"
     if node is None:
@@ -129,7 +128,7 @@ def _extrapolated(
             ways = [_lagrange(LOOK_BACK, before, length) for length in lengths]
             nodes = [replace(last, y=y, note=equations(y)[2]) for y in ways]
         gaps = [distance(node) for node in nodes]
-    except (ConditionLost, LeavesRegion):
+    except LeavesRegion:
         return None
     if len(set(gaps)) < len(gaps):
         return None

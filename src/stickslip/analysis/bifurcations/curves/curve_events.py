@@ -9,18 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.plane_equations import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
-from stickslip.analysis.branches.along.tracked import (
-    ConditionLost,
-    TrackedDiscontinuity,
-    break_between,
-)
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, break_between
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
@@ -101,7 +97,12 @@ def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantit
         yield _Quantity("cusp", what, lambda node: node.note.curvature)
     elif isinstance(condition, Flip):
         what = "super- and subcritical flips meet, and a fold of the doubled orbit begins"
-        yield _Quantity("generalised flip", what, lambda node: _coefficient(equations, node))
+
+        def cubic(node: CurvePoint) -> float:
+            found = flip_coefficient(map_at(equations, node), node.note.points)
+            return found.value if found.criticality is not None else 0.0
+
+        yield _Quantity("generalised flip", what, cubic)
     elif isinstance(condition, Connection):
         for at in (1, -1):
             what = f"the multiplier of the orbit that is met passes {at}"
@@ -123,10 +124,10 @@ def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
     # Of a smooth break both are rounding.
     if condition.border.kind == "corner":
         what = "the slopes on both sides of the corner agree: the map is smooth there"
-        yield _Quantity("kind of border", what, _bend)
+        yield _Quantity("kind of border", what, lambda node: _step(node, "slope"))
     if condition.border.kind == "jump":
         what = "the jump closes: the map is continuous there"
-        yield _Quantity("kind of border", what, _jump)
+        yield _Quantity("kind of border", what, lambda node: _step(node, "value"))
 
 
 def _less(index: int, at: int) -> Callable[[CurvePoint], float]:
@@ -136,14 +137,10 @@ def _less(index: int, at: int) -> Callable[[CurvePoint], float]:
     return of
 
 
-def _bend(node: CurvePoint) -> float:
-    border: CriticalReading = node.note.critical
-    return border.right_slope - border.left_slope
-
-
-def _jump(node: CurvePoint) -> float:
-    border: CriticalReading = node.note.critical
-    return border.right - border.left
+def _step(node: CurvePoint, what: Literal["value", "slope"]) -> float:
+    """Return how much the value or the slope changes across a border."""
+    one_sided = getattr(node.note.critical, what)
+    return float(one_sided(1) - one_sided(-1))
 
 
 def _kind(reading: Reading) -> str:
@@ -158,11 +155,6 @@ def _changed_kind(equations: Equations, a: CurvePoint, b: CurvePoint) -> Event:
         what = f"the {old} between these two branches becomes smooth: nothing happens there beyond"
     step = float(np.linalg.norm((b.y - a.y) / equations.scale))
     return Event("kind of border", what, closest_to_end(equations, a, step), new == "smooth")
-
-
-def _coefficient(equations: Equations, node: CurvePoint) -> float:
-    found = flip_coefficient(map_at(equations, node), node.note.points)
-    return found.value if found.criticality is not None else 0.0
 
 
 def map_at(equations: Equations, node: CurvePoint) -> MapFamily:
@@ -188,7 +180,7 @@ def _crossing(
     try:
         node = curve.between(a, b, distance) if distance(a) * distance(b) < 0 else b
         met = None if border is None else border.at(map_at(equations, node))
-    except (StepTooLong, LeavesRegion, ConditionLost):
+    except (StepTooLong, LeavesRegion):
         node, met = b, None
     if met is not None and met.kind == "smooth":
         return None
@@ -208,9 +200,8 @@ def meeting(node: CurvePoint, i: int, met: CriticalReading | None) -> Event:
     """Describe how point i of an orbit meets a break."""
     reading: Reading = node.note
     x = reading.visited[i]
-    what = f"the orbit meets another break, at {x:.12g}"
-    if met is not None:
-        what = f"the orbit meets another break, the {met.kind} at {x:.12g}"
+    kind = "" if met is None else f"the {met.kind} "
+    what = f"the orbit meets another break, {kind}at {x:.12g}"
     several = isinstance(reading.condition, Collision | Connection)
     ends = met is not None and met.kind in ("jump", "edge")
     return Event("second border" if several else "breakpoint", what, node, ends)

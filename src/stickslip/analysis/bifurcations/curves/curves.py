@@ -37,7 +37,7 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.curves.curve_events import Event
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
@@ -61,12 +61,6 @@ class PlaneProblem(Problem):
     """A bifurcation at each row, solved for in one of two parameters."""
 
     picture: ClassVar = "bifurcations.draw_curve"
-
-    def row(self, curve: Curve, row: int) -> Bifurcation:
-        """Solve for it again at the row's value of the varied parameter."""
-        found: Bifurcation
-        found = self.solve(curve, row, 0.0, curve.parameter, float(curve.values[row]))
-        return found
 
     def guess(self, curve: Curve, row: int, share: float, name: str) -> Floats:
         """Return the other parameter, on a straight line between two rows."""
@@ -127,10 +121,11 @@ def follow_bifurcation(
         start = solve_near(
             item.condition, lambda t: plane.map_at(t, s), q, step=START * max(abs(q), START)
         )
-        equations = _equations(plane, start.reading, start.value, s, high - low)
+        kind = FoldEquations if isinstance(start.reading.condition, Fold) else PlaneEquations
+        equations: Equations = kind.at(plane, start.reading, start.value, s, high - low)
         follower = _ConditionFollower(item, equations, low, high)
         first = follower.curve.point(equations.unknowns(start.reading, start.value, s))
-    except (ConditionLost, LeavesRegion, StepTooLong) as reason:
+    except (LeavesRegion, StepTooLong) as reason:
         raise ValueError(
             f"there is no such bifurcation near {name} = {s:.12g}, {solve_for} = {q:.12g}: "
             f"{reason}. Take the system in which it was found."
@@ -163,46 +158,21 @@ def checked_plane(
     return Plane(here, along, solve_for), q, s
 
 
-def _equations(plane: Plane, start: Reading, q: float, s: float, width: float) -> Equations:
-    kind = FoldEquations if isinstance(start.condition, Fold) else PlaneEquations
-    return kind.at(plane, start, q, s, width)
-
-
 class PlaneFollower(Follower):
     """Follows a bifurcation in the plane of two parameters, the last unknowns of its equations."""
+
+    marginal = MARGINAL
 
     def __init__(
         self, kind: str, plane: Plane, low: float, high: float, control: StepControl
     ) -> None:
         super().__init__(plane.along, low, high, control, MAX_POINTS)
-        self.which, self.plane = kind, plane
+        self.which, self.kind, self.plane = kind, f"{KIND}{kind}", plane
 
     def parameters(self, point: CurvePoint) -> dict[str, float]:
         """Return the varied parameter, then the one that is solved for."""
         q, s = point.y[-2:].tolist()
         return {self.name: s, self.plane.solve_for: q}
-
-    def described(self, notes: list[Any]) -> tuple[dict[str, Any], Problem]:
-        """Return further columns of a curve, and its problem, from the notes of its rows."""
-        raise NotImplementedError
-
-    def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
-        """Make a curve of its rows."""
-        where = [self.parameters(row) for row in rows]
-        multipliers = np.array([self.multipliers(row) for row in rows])
-        points = np.array([self.points(row) for row in rows])
-        data, problem = self.described([row.note for row in rows])
-        return Curve(
-            kind=f"{KIND}{self.which}",
-            period=points.shape[1],
-            parameters={name: np.array([each[name] for each in where]) for name in where[0]},
-            points=points,
-            multipliers=multipliers,
-            stable=np.abs(multipliers.reshape(len(rows), -1)).max(axis=1) < 1 - MARGINAL,
-            data=data,
-            problem=problem,
-            **known,
-        )
 
 
 class _ConditionFollower(PlaneFollower):
@@ -263,8 +233,9 @@ class _ConditionFollower(PlaneFollower):
             half.note(self._described(event))
         return self.end(half.rows[-1], reason)
 
-    def described(self, notes: list[Any]) -> tuple[dict[str, Any], Problem]:
+    def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
         """Return the multipliers on both sides, and the conditions."""
+        notes = [row.note for row in rows]
         one_sided = np.array([[r.multipliers[0], r.multipliers[-1]] for r in notes])
         data = {"multiplier_left": one_sided[:, 0], "multiplier_right": one_sided[:, 1]}
         return data, BifurcationProblem(self.plane.system, tuple(r.condition for r in notes))

@@ -14,15 +14,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.conditions.conditions import Fold, Reading
+from stickslip.analysis.bifurcations.conditions.conditions import Fold, fold_reading
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of, rounding
+from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
-    from stickslip.analysis.bifurcations.conditions.conditions import Condition
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.conditions.orbit_paths import Path
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
@@ -77,12 +76,13 @@ class PlaneEquations:
     @classmethod
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> PlaneEquations:
         """Set the scales (``width``: of ``along``), take the first gradient by differences."""
-        steps = (DIFFERENCE * max(abs(q), FLAT * width), DIFFERENCE * width)
-        by_q, by_s = _gradient(plane, start.condition, (q, s), steps)
+        here = np.array([q, s])
+        steps = DIFFERENCE * np.array([max(abs(q), FLAT * width), width])
+        gradient = _gradient(plane, start.condition, here, steps)
+        by_q, by_s = gradient.tolist()
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
         scale = np.array([scale_between(steep, q, width), width])
-        here = np.array([q, s])
-        return cls(plane, [(here, start.condition)], scale, np.array([by_q, by_s]))
+        return cls(plane, [(here, start.condition)], scale, gradient)
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
         """Return the test function, its gradient and the reading."""
@@ -93,13 +93,10 @@ class PlaneEquations:
         return np.array([reading.value]), self.gradient[None, :].copy(), reading
 
     def read(self, y: Floats) -> Reading:
-        """Evaluate the condition; a `LeavesRegion` where it is lost."""
+        """Evaluate the condition from the nearest accepted reading."""
         distances = [float(np.linalg.norm((y - at) / self.scale)) for at, _ in self.accepted]
         condition = self.accepted[int(np.argmin(distances))][1]
-        try:
-            return condition.at(self.plane.map_at(float(y[0]), float(y[1])))
-        except ConditionLost as lost:
-            raise LeavesRegion(lost.reason) from lost
+        return condition.at(self.plane.map_at(float(y[0]), float(y[1])))
 
     def restart(self, y: Floats | None = None) -> None:
         """Take the gradient by differences, at an accepted point or the last one of these."""
@@ -107,10 +104,8 @@ class PlaneEquations:
             here, condition = self.accepted[-1]
         else:
             here, condition = min(self.accepted, key=lambda at: float(np.abs(at[0] - y).max()))
-        where = (float(here[0]), float(here[1]))
-        steps = (DIFFERENCE * float(self.scale[0]), DIFFERENCE * float(self.scale[1]))
         with contextlib.suppress(ConditionLost):
-            self.gradient = np.array(_gradient(self.plane, condition, where, steps))
+            self.gradient = _gradient(self.plane, condition, here, DIFFERENCE * self.scale)
         self.last, self.doubts = None, 0
 
     def accept(self, y: Floats, reading: Reading) -> None:
@@ -144,31 +139,22 @@ def scale_between(steep: float, q: float, width: float) -> float:
     return min(max(steep, smallest), LARGEST * max(abs(q), width))
 
 
-def _gradient(
-    plane: Plane, condition: Condition, at: tuple[float, float], steps: tuple[float, float]
-) -> tuple[float, float]:
-    """Differentiate a test function with respect to solve_for and along."""
-    by_q = _difference(plane, condition, at, (steps[0], 0.0))
-    return by_q, _difference(plane, condition, at, (0.0, steps[1]))
-
-
-def _difference(
-    plane: Plane, condition: Condition, at: tuple[float, float], step: tuple[float, float]
-) -> float:
-    """Differentiate a test function by a difference, from one side if the other is lost."""
-    ends = []
-    for sign in (1.0, 0.0, -1.0):
-        point = (at[0] + sign * step[0], at[1] + sign * step[1])
-        try:
-            ends.append((sign, condition.at(plane.map_at(*point)).value))
-        except ConditionLost:
-            continue
-        if len(ends) == 2 and ends[0][0] == 1.0:
-            break
-    if len(ends) < 2:
-        raise ConditionLost("there is no room for a curve around its start")
-    (first, g_first), (last, g_last) = ends[0], ends[-1]
-    return (g_first - g_last) / ((first - last) * (step[0] + step[1]))
+def _gradient(plane: Plane, condition: Condition, at: Floats, steps: Floats) -> Floats:
+    """Differentiate a test function by solve_for and along, from one side if the other is lost."""
+    found = []
+    for step in np.diag(steps):
+        ends: list[tuple[float, float]] = []
+        for sign in (1.0, 0.0, -1.0):
+            with contextlib.suppress(ConditionLost):
+                f = plane.map_at(*(at + sign * step).tolist())
+                ends.append((sign, condition.at(f).value))
+            if len(ends) == 2 and ends[0][0] == 1.0:
+                break
+        if len(ends) < 2:
+            raise ConditionLost("there is no room for a curve around its start")
+        (first, g_first), (last, g_last) = ends[0], ends[-1]
+        found.append((g_first - g_last) / ((first - last) * float(step.sum())))
+    return np.array(found)
 
 
 @dataclass
@@ -198,27 +184,13 @@ class FoldEquations:
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Reading]:
         """Return both equations, their Jacobian and the reading."""
         x, q, s = map(float, y)
-        try:
-            f = self.plane.map_at(q, s)
-            path, slope, curvature = bend(f, self.period, x, BEND * domain_width(f))
-            value = path.points[-1] - x
-            columns = [
-                self._moved(y, k, FOLD_DIFFERENCE * self.scale[k], path, slope) for k in (1, 2)
-            ]
-        except ConditionLost as lost:
-            raise LeavesRegion(lost.reason) from lost
+        f = self.plane.map_at(q, s)
+        path, slope, curvature = bend(f, self.period, x, BEND * domain_width(f))
+        value = path.points[-1] - x
+        steps = FOLD_DIFFERENCE * self.scale
+        columns = [self._moved(y, k, steps[k], path, slope) for k in (1, 2)]
         jacobian = np.column_stack([(slope - 1.0, curvature), *columns])
-        reading = Reading(
-            value=value,
-            noise=rounding(f, path),
-            points=path.points[:-1],
-            multipliers=(slope,),
-            condition=Fold(self.period, path.points[:-1]),
-            labels=path.labels,
-            visited=path.points[:-1],
-            curvature=curvature,
-        )
-        return np.array([value, slope - 1.0]), jacobian, reading
+        return np.array([value, slope - 1.0]), jacobian, fold_reading(f, path, curvature, value)
 
     def restart(self, y: Floats | None = None) -> None:
         """Nothing to take anew: the Jacobian is exact everywhere."""
@@ -313,8 +285,5 @@ def replaced_sides(a: Reading, b: Reading) -> list[str]:
     old, new = a.critical.critical, b.critical.critical
     if not (isinstance(old, TrackedDiscontinuity) and isinstance(new, TrackedDiscontinuity)):
         return []
-    same = {
-        "left": old.left_label == new.left_label,
-        "right": old.right_label == new.right_label,
-    }
-    return [side for side in same if not same[side]]
+    labels = {"left": (old.left_label, new.left_label), "right": (old.right_label, new.right_label)}
+    return [side for side, (before, after) in labels.items() if before != after]

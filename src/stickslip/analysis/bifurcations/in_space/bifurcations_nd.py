@@ -68,6 +68,7 @@ class OrbitSurvey:
         self.curves: list[Curve] = []
         self.unresolved: list[UnresolvedChange] = []
         self.events: list[Bifurcation] = []
+        self.values = np.empty(0)  # of the parameter, at these
         self.coverage: Coverage | None = None
         self._late = np.zeros(3, dtype=int)  # of the last half of the lists, as `Coverage` has them
         self._branched = 0
@@ -133,10 +134,11 @@ class OrbitSurvey:
         found = np.array([*others, *stable])
         return found[self.at(q).contains(found)]
 
-    def on_curves(self, q: float) -> Iterator[PeriodicOrbitND]:
-        """Orbits at a value through which curves pass."""
+    def on_curves(self, q: float, period: int | None = None) -> Iterator[PeriodicOrbitND]:
+        """Orbits at a value through which curves pass, all or of one period."""
         for curve in self.curves:
-            if curve.values.min() <= q <= curve.values.max():
+            inside = curve.values.min() <= q <= curve.values.max()
+            if inside and period in (None, curve.period):
                 yield from curve.all_at(**{self.name: q})
 
     def _branches_off(self, event: CurveEvent | CurveEnd, *, double: bool) -> None:
@@ -165,12 +167,9 @@ class OrbitSurvey:
 
     def _follow(self, orbit: PeriodicOrbitND, q: float) -> None:
         """Follow an orbit unless a curve passes through it."""
-        for curve in self.curves:
-            inside = curve.values.min() <= q <= curve.values.max()
-            if inside and curve.period == orbit.period:
-                known = curve.all_at(**{self.name: q})
-                if any(same_points(self.f, one.points, orbit.points) for one in known):
-                    return
+        known = self.on_curves(q, orbit.period)
+        if any(same_points(self.f, one.points, orbit.points) for one in known):
+            return
         curve = follow_orbit(orbit, self.at(q), self.name, (self.lo, self.hi))
         self.curves.append(curve)
         for end in curve.ends:
@@ -211,12 +210,9 @@ class OrbitSurvey:
                     known = [found[-1][1]]
                 known[0].append((curve, row))
         found.sort(key=lambda pair: pair[0].value)
-        values = np.array([item.value for item, _ in found])
+        self.values = np.array([item.value for item, _ in found])
         for item, places in found:
-            away = np.abs(values - item.value)
-            others = away[away > SAME_VALUE * self.width]
-            beside = min(BESIDE * self.width, SHARE * others.min(initial=np.inf))
-            task = functools.partial(self._described, item, places, beside)
+            task = functools.partial(self._described, item, places)
             full = attempted(task, f"a {item.kind}", item.value, item.value, self.unresolved)
             self.events.append(full or item)
 
@@ -260,11 +256,16 @@ class OrbitSurvey:
             system=self.f,
         )
 
-    def _described(
-        self, item: Bifurcation, places: list[tuple[Curve, int]], beside: float
-    ) -> Bifurcation:
+    def clear_sides(self, value: float) -> tuple[float, float]:
+        """Values just below and above an event, and far from all others."""
+        away = np.abs(self.values - value)
+        others = away[away > SAME_VALUE * self.width]
+        off = min(BESIDE * self.width, SHARE * others.min(initial=np.inf))
+        return value - off, value + off
+
+    def _described(self, item: Bifurcation, places: list[tuple[Curve, int]]) -> Bifurcation:
         """Add the orbits on both sides, and what the normal form or they themselves foretell."""
-        sides = [item.value - beside, item.value + beside]
+        sides = self.clear_sides(item.value)
         on = [self._beside(item, places, q) for q in sides]
         if item.kind == "flip" and all(o.period == item.period for o in (*on[0], *on[1])):
             doubles = [
@@ -394,7 +395,6 @@ class _Looks:
     def __init__(self, survey: OrbitSurvey) -> None:
         self.survey = survey
         self.known: dict[float, Look] = {}
-        self.listed = [item.value for item in survey.events]
 
     def at(self, values: Iterable[float]) -> None:
         """Look at values inside the range that are not known."""
@@ -409,10 +409,7 @@ class _Looks:
 
     def beside(self, item: Bifurcation) -> Bifurcation:
         """Add the attractors just below and just above an event."""
-        away = np.abs(np.array(self.listed) - item.value)
-        others = away[away > SAME_VALUE * self.survey.width]
-        off = min(BESIDE * self.survey.width, SHARE * others.min(initial=np.inf))
-        sides = (item.value - off, item.value + off)
+        sides = self.survey.clear_sides(item.value)
         self.at(sides)
         before, after = (self.known[q].attractors if q in self.known else () for q in sides)
         return replace(item, attractors_before=before, attractors_after=after)
@@ -423,7 +420,9 @@ class _Looks:
         """Bisect the changes that nothing located explains; those too many stay unresolved."""
         narrow = NARROW * self.survey.width
         for _ in range(MOST_LOOKS):
-            found, outside = accounted(self.known.values(), self.listed, self.survey.max_period)
+            found, outside = accounted(
+                self.known.values(), self.survey.values.tolist(), self.survey.max_period
+            )
             wide = [item for item in found if item.hi - item.lo > narrow]
             if not wide:
                 break

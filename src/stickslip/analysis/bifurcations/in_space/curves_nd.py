@@ -6,6 +6,7 @@ Folds, flips and Neimark-Sacker bifurcations are one condition: a multiplier exp
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -21,7 +22,6 @@ from stickslip.analysis.bifurcations.curves.curves import (
 )
 from stickslip.analysis.bifurcations.curves.curves import other_parameter as other_of
 from stickslip.analysis.bifurcations.curves.plane_equations import MOVES, Plane, scale_between
-from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import Passed, first_point
 from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
@@ -99,16 +99,8 @@ class PlaneOrbit:
         """Return the points of the orbit, (p, n)."""
         return y[: len(self.pieces) * len(self.size)].reshape(len(self.pieces), -1)
 
-    def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
-        """Return all equations, their Jacobian and what is known of the orbit."""
-        raise NotImplementedError
-
     def accept(self, note: Critical) -> None:
         """Get ready for the neighbourhood of a point."""
-
-    def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
-        """Yield functions that vanish at points of codimension two."""
-        raise NotImplementedError
 
     def orbit(self, f: FamilyND, points: Floats, s: float) -> tuple[Floats, Floats, Linearized]:
         """Return the residual of an orbit, its Jacobian by points, q and s, and the slopes."""
@@ -117,25 +109,14 @@ class PlaneOrbit:
         by_q = np.asarray(f.parameter_derivative(points, self.plane.solve_for)).ravel()
         return residual, np.insert(jacobian, -1, by_q, axis=1), note
 
-    def map_at(self, q: float, s: float) -> FamilyND:
-        """Return the map; `LeavesRegion` where parameters are not allowed."""
-        try:
-            found: FamilyND = self.plane.map_at(q, s)
-        except ConditionLost as lost:
-            raise LeavesRegion(lost.reason) from lost
-        return found
-
     def beside(self, q: float, s: float, share: float) -> list[list[FamilyND | None]]:
         """Return maps a share of the scales beside, in q, then in s; None where not allowed."""
-        steps = share * np.diag(self.widths)
         found: list[list[FamilyND | None]] = []
-        for step in steps:
-            found.append([])
-            for way in (step, -step):
-                try:
-                    found[-1].append(self.map_at(*(np.array([q, s]) + way).tolist()))
-                except LeavesRegion:
-                    found[-1].append(None)
+        for step in share * np.diag(self.widths):
+            found.append([None, None])
+            for k, way in enumerate((step, -step)):
+                with suppress(LeavesRegion):
+                    found[-1][k] = self.plane.map_at(*(np.array([q, s]) + way).tolist())
         return found
 
 
@@ -157,7 +138,7 @@ class CriticalEquations(PlaneOrbit):
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
         """Return all equations, their Jacobian and what is known of the orbit."""
         points, (q, s), angle = self.points(y), y[-2:].tolist(), self.angle_at(y)
-        f, n = self.map_at(q, s), len(self.size)
+        f, n = self.plane.map_at(q, s), len(self.size)
         residual, jacobian, note = self.orbit(f, points, s)
         multiplier: Any = np.exp(1j * angle) if self.angle is None else np.cos(angle)
         cyclic = shooting_matrix(note.slopes) + 0.0 * multiplier
@@ -249,7 +230,7 @@ class BorderEquations(PlaneOrbit):
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
         """Return all equations, their Jacobian and what is known of the orbit."""
         points, (q, s) = self.points(y), y[-2:].tolist()
-        f, n, x = self.map_at(q, s), len(self.size), self.points(y)[self.index]
+        f, n, x = self.plane.map_at(q, s), len(self.size), self.points(y)[self.index]
         steps = DIFFERENCE * np.diag(self.size)
         distance = self._distance(f, x[None], ROUNDS)[0]
         ahead, behind = np.split(self._distance(f, np.concatenate([x + steps, x - steps])), 2)
@@ -310,7 +291,7 @@ class BorderEquations(PlaneOrbit):
     def choose(self, y: Floats) -> bool:
         """Find which point is on a border, and its best direction; False if none is."""
         q, s = y[-2:].tolist()
-        f, points, axes = self.map_at(q, s), self.points(y), np.diag(self.size)
+        f, points, axes = self.plane.map_at(q, s), self.points(y), np.diag(self.size)
         for index in range(len(points)):
             for way in (*axes, *-axes):
                 self.index, self.way = index, way
@@ -344,7 +325,7 @@ class CriticalFollower(PlaneFollower):
         known = self.plane, pieces, size, (max(abs(q), 1e-3 * width), width)
         turn = [angle] if self.which == "neimark_sacker" else []
         y = np.concatenate([points.ravel(), turn, [q, s]])
-        self.equations: PlaneOrbit
+        self.equations: CriticalEquations | BorderEquations
         if self.which in BORDERS:
             self.equations = border = BorderEquations(*known)
             if not border.choose(y):
@@ -395,10 +376,10 @@ class CriticalFollower(PlaneFollower):
             return self.end(stop.last, "a point of the orbit meets a break of the map")
         return self.end(stop.last, str(stop.cause) if stop.cause else stop.reason)
 
-    def described(self, notes: list[Any]) -> tuple[dict[str, Any], Problem]:
+    def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
         """Return the angles of the critical multipliers, and labels."""
-        angle = np.array([note.angle for note in notes])
-        labels = np.array([note.orbit.labels for note in notes])
+        angle = np.array([row.note.angle for row in rows])
+        labels = np.array([row.note.orbit.labels for row in rows])
         return {"angle": angle, "labels": labels}, CriticalProblem(self.plane.system)
 
 

@@ -9,7 +9,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import permutations
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from stickslip.analysis.branches.mesh import RESOLUTION, Nodes
 from stickslip.analysis.branches.table import branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.numerics.continuation import LeavesRegion
 from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
 
@@ -48,12 +49,8 @@ FAN: Final = 33  # points between which the end of a piece is looked for
 FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may have moved
 
 
-class ConditionLost(Exception):
-    """What a condition asks for does not exist at these parameter values."""
-
-    def __init__(self, reason: str) -> None:
-        super().__init__(reason)
-        self.reason = reason
+class ConditionLost(LeavesRegion):
+    """What a condition asks for does not exist at these parameter values; the cause is a text."""
 
 
 @part
@@ -136,7 +133,8 @@ class TrackedDiscontinuity:
         """Find the break in a map with other parameter values, of the map's kind and labels."""
         # If its branches no longer meet, a break that shares one may take its place.
         whole: Map1D = getattr(f, "whole", f)
-        reading = _by_labels(whole, self) if self.labelled else None
+        # Several conditions on one break are read off the same map.
+        reading = _by_labels(whole, self, self.reach) if self.labelled else None
         if reading is None:
             if self.labelled and not successors:
                 raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
@@ -155,11 +153,7 @@ class TurningPoint:
     x: float
     # how far it moved when it was followed last; 0 if never
     reach: float = field(default=0.0, compare=False)
-
-    @property
-    def kind(self) -> CriticalKind:
-        """``turning point``."""
-        return "turning point"
+    kind: ClassVar[CriticalKind] = "turning point"
 
     def at(self, f: Map1D) -> CriticalReading:
         """Find the turning point in a map with other parameter values, or raise `ConditionLost`."""
@@ -186,11 +180,7 @@ class DomainEnd:
 
     upper: bool
     x: float
-
-    @property
-    def kind(self) -> CriticalKind:
-        """``edge``."""
-        return "edge"
+    kind: ClassVar[CriticalKind] = "edge"
 
     def at(self, f: Map1D, *, successors: bool = True) -> CriticalReading:
         """Read the map off at its end, which nothing takes the place of."""
@@ -210,19 +200,15 @@ Critical: TypeAlias = TrackedDiscontinuity | TurningPoint | DomainEnd
 
 @dataclass(frozen=True)
 class NearDiscontinuity:
-    """What limits and kinds of breaks ask of a mesh, for one break (see `mesh.Prober`)."""
+    """What limits and kinds of breaks ask of a mesh, for one break."""
 
     f: Map1D
+    slope_scale: ClassVar = 1.0  # mean steepness
 
     @property
     def value_scale(self) -> float:
         """Width of the domain: a map's values lie there, but for some that leave it."""
         return domain_width(self.f)
-
-    @property
-    def slope_scale(self) -> float:
-        """Mean steepness."""
-        return 1.0
 
     @property
     def resolution(self) -> float:
@@ -234,13 +220,9 @@ class NearDiscontinuity:
         return values_and_slopes(self.f, x)
 
 
-def _by_labels(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None:
+@remembered
+def _by_labels(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalReading | None:
     """Find a border by the labels of its two branches; None where these do not meet."""
-    return _closed_in_on(f, border, border.reach)
-
-
-@remembered  # several conditions on one break are read off the same map
-def _closed_in_on(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalReading | None:
     left, right = Branch.of(border.left_label), Branch.of(border.right_label)
     probe = Probe(f)
     found = find_change(probe, left, right, border.x, REACH * reach)
