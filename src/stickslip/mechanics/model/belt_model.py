@@ -15,6 +15,7 @@ from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.contact import Harmonic, harmonic_of
 from stickslip.mechanics.model.plant import ROUNDING, TINY, Numbers, Plant, Reduced, derivative
+from stickslip.numerics.arrays import applied
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
@@ -389,13 +390,21 @@ class BeltModel(ABC):
         np.cumsum(steps, axis=-1, out=x[..., 1:])
         return x
 
+    @cached_property
+    def _riding(self) -> tuple[Floats, Floats]:
+        """Forces that all blocks need to ride: their change with displacements, and at 0."""
+        s, n = self.plant, self.n_blocks
+        x = np.concatenate([np.zeros((1, n)), np.eye(n)])
+        forces = s.needed_force(x, np.broadcast_to(s.V, x.shape))
+        return (forces[1:] - forces[0]).T, forces[0]
+
     def _stick_range(self, d: ArrayLike) -> tuple[Floats, Floats]:
         """Displacements of block 1 between which all blocks ride, shapes (...), or low > high."""
         s = self.plant
-        x = self.positions(d)
+        matrix, at_rest = self._riding
         rate = s.stiffness.sum(axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            force = s.needed_force(x, np.broadcast_to(s.V, x.shape))
+            force = at_rest + applied(matrix, self.positions(d))
             one = (-s.static - force) / rate
             other = (s.static - force) / rate
         still = rate == 0.0
