@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from tests.analysis import known_maps as examples
 from tests.reference.affine import Affine, jump_orbits, periodic_points
 
+from stickslip import Coulomb, TwoBlock, event_map
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
@@ -276,3 +277,25 @@ def test_orbits_on_the_unit_circle_are_neutral(text):
     assert orbit.kind == "neutral"
     assert not orbit.stable
     assert "neutral" in repr(orbit)
+
+
+@pytest.mark.parametrize("alpha", [2.64521, 2.64525, 2.64527, 2.6452717])
+def test_an_orbit_beside_a_graze_is_not_lost_on_it(alpha):
+    """Its multiplier grows without bound, to 3311 here: Newton's method ran on to the break.
+
+    It is born at a fold at 2.6451287316 with the stable one, and is lost at 2.6452718085.
+    """
+    model = TwoBlock(
+        alpha=alpha,
+        beta=1.7923799989712168,
+        V=0.008568266272892918,
+        friction=Coulomb(mu=0.06668225491413128),
+    )
+    found = periodic_orbits(event_map(model), 3)
+    assert [orbit.period for orbit in found] == [3, 3]
+    assert not found.unresolved
+    step = 1e-9 * np.array([-1.0, 1.0])
+    for orbit in found:
+        x = orbit.points[0] + step / max(1.0, abs(orbit.multiplier))
+        off = event_map(model).iterate(x, 3)[:, -1] - x
+        assert off[0] * off[1] < 0

@@ -16,7 +16,7 @@ from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_pow
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.protocol import MapND, sample, values_and_slopes
-from stickslip.analysis.orbits.diagonal import brackets_on_diagonal, forward_orbits
+from stickslip.analysis.orbits.diagonal import TOUCH, brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import Polished, polish
 from stickslip.analysis.orbits.orbit import (
     JumpCrossing,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.pieces import Pieces
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues, Modelled
-    from stickslip.analysis.orbits.diagonal import Brackets
+    from stickslip.analysis.orbits.diagonal import Bools, Brackets
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
@@ -235,7 +235,7 @@ class _Search:
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
         """Solve each bracket: Newton from a guess by inverse branches, else after halving."""
         found = self._polished(brackets, self._guess(brackets))
-        failed = np.flatnonzero(~found.converged)
+        failed = np.flatnonzero(~found.converged | self._are_beyond(brackets, found.points))
         if failed.size:
             shrunk = self._shrunk(brackets.take(failed))
             middle = 0.5 * (shrunk.left + shrunk.right)[:, :-1]
@@ -243,6 +243,22 @@ class _Search:
             for one in fields(found):
                 getattr(found, one.name)[failed] = getattr(better, one.name)
         return brackets, found
+
+    def _are_beyond(self, brackets: Brackets, points: Floats) -> Bools:
+        """Tell which points lie beyond an end that is clearly off the orbit inside.
+
+        Beyond a square root a lap goes on so steeply that anything is solved there.
+        """
+        inward = np.sign(brackets.right - brackets.left)[:, :-1]
+        touch = TOUCH * self.scale
+        beyond = np.zeros(len(points), dtype=np.bool_)
+        for end, off, side in (
+            (brackets.left, brackets.off_left, inward),
+            (brackets.right, brackets.off_right, -inward),
+        ):
+            out = (side * (points - end[:, :-1]) < 0).any(axis=1)
+            beyond |= out & (np.abs(off) > touch)
+        return beyond
 
     def _guess(self, brackets: Brackets) -> Floats:
         """Go once back around the orbit: that divides the middle's error by the multiplier."""
