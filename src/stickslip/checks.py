@@ -147,7 +147,8 @@ def one_each(name: str, given: Any, n: int) -> list[Any]:
     if np.iterable(given) and len(listed := list(given)) == n:
         return listed
     raise ValueError(
-        f"{name} = {shown(given)} must hold {n} entries, one for each coordinate of a point."
+        f"{name} = {shown(given)} must hold {n} entries, one for each coordinate of a point "
+        f"(dimension = {n})."
     )
 
 

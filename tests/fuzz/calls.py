@@ -439,7 +439,9 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "certify": {"found": lambda: ss.periodic_orbits(event_map())[0], "model": coulomb, "digits": 5},
     "certify_basins": {"model": coulomb, "share": 0.1},
     "certify_chaos": {"model": coulomb, "d": 0.1},
-    "certify_entropy": {"model": maps.tent},
+    "certify_entropy": {
+        "model": lambda: ss.PiecewiseMap(["2*x", "2 - 2*x"], (0.0, 1.0), breakpoints=[0.5])
+    },
     "certify_orbits": {"model": coulomb, "digits": 5},
     "enclose": {"model": coulomb, "d": "0.1"},
     "equilibria": {"model": oscillator},
@@ -451,7 +453,7 @@ FUNCTIONS: Final[dict[str, dict[str, Any]]] = {
     "follow": {
         "thing": lambda: orbits()[0],
         "parameter": "r",
-        "range": (2.9, 3.1),
+        "range": (3.15, 3.25),
         "solve_for": None,
         "window": None,
         "max_step": 0.1,
@@ -577,7 +579,6 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
             "derivative": {"x": [0.1, 0.2]},
             "evaluate": {"x": [0.1, 0.2]},
             "iterate": {"x": [0.1, 0.2], "n": 2},
-            "kernels": {"n_steps": 1, "n_values": 1},
             "parameter_derivative": {"x": [0.1, 0.2], "name": "r"},
             "replace": {"r": 3.0},
             "spread": {"count": 4},
@@ -699,7 +700,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
         trapping,
         {"entered": {"x": [0.1, 0.2], "v": [0.0, 0.0], "max_events": 10}},
     ),
-    "ReturnRegion": (region, {**SAVE, "attracting": {"branch": 0}}),
+    "ReturnRegion": (region, {**SAVE, "attracting": {"curve": 0}}),
     "HopfPoint": (hopf_point, {"amplitude": {"V": 0.9}, "state": {"amplitude": 0.1}}),
     "NeutralFamily": (neutral, {"amplitudes": STATE, "clearance": STATE}),
     "StroboscopicMap": (
@@ -744,7 +745,7 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     "Curve": (orbit_branch, {**SAVE, "at": {"r": 3.1, "near": None}, "all_at": {"r": 3.1}}),
     "PeriodicOrbitND": (lambda: chain_orbits()[0], SAVE),
     "OrbitListND": (chain_orbits, {**SAVE, "of_period": {"p": 1}}),
-    "Curve of orbits in R^n": (chain_branch, {**SAVE, "at": {"V": 0.03665}}),
+    "Curve of orbits in R^n": (chain_branch, {**SAVE, "at": {"V": 0.1001}}),
     "Curve of bifurcations": (curve, {**SAVE, "at": {"b": 0.05, "near": None}}),
     "Diagram": (diagram, {**SAVE, "of_period": {"p": 1}}),
 }

@@ -639,7 +639,7 @@ def _inside(box: list[Span], setting: Setting) -> None:
     end = (1 + given["beta"][0]) / (1 + 2 * given["alpha"][1])
     for d in box[0]:
         if abs(d) > end:
-            raise ValueError(f"d = {float(d)!r} is outside the domain |d| <= {float(end):.12g}")
+            raise ValueError(f"d = {shown(d)} is outside the domain |d| <= {float(end):.12g}")
 
 
 def _setting(values: dict[str, Any]) -> MapSetting:

@@ -188,9 +188,10 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
     >>> len(ss.load(file))
     8
     """
-    if callable(as_map := getattr(system, "as_map", None)):
+    is_class = isinstance(system, type)
+    if not is_class and callable(as_map := getattr(system, "as_map", None)):
         system = as_map()
-    if system is not None and not callable(getattr(system, "evaluate", None)):
+    if is_class or (system is not None and not callable(getattr(system, "evaluate", None))):
         raise ValueError(
             f"system = {shown(system)} is neither a map nor a model that has one. Take "
             "ss.event_map(model), ss.PiecewiseMap(...) or a model such as ss.TwoBlock(...)."

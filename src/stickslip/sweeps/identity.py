@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import binding
 
 from stickslip.analysis.maps.formulas import Formulas
+from stickslip.checks import shown
 from stickslip.numerics.gpu import gpu_name
 from stickslip.numerics.kernel_cache import source_hash
 from stickslip.numerics.targets import config
@@ -75,8 +76,8 @@ def import_function(name: str) -> Any:
             found = getattr(found, part)
     except (ImportError, AttributeError, ValueError) as error:
         raise ValueError(
-            f"{name!r} cannot be imported: {error}. Write 'module:name', with the module where "
-            "Python finds it (PYTHONPATH)."
+            f"{shown(name)} cannot be imported: {shown(str(error))}. Write 'module:name', with the "
+            "module where Python finds it (PYTHONPATH)."
         ) from error
     return found
 

@@ -258,12 +258,12 @@ class Function(Observable):
         is_named = callable(function) and hasattr(function, "__qualname__")
         if not is_named or "<" in place or place.startswith("__main__"):
             raise ValueError(
-                f"function = {function!r}: a function that other processes can import is needed, "
-                "one of a module and neither a lambda nor one made inside another function."
+                f"function = {shown(function)}: a function that other processes can import is "
+                "needed, one of a module and neither a lambda nor one made inside another function."
             )
         try:
             is_number = np.dtype(self.dtype).kind in "biuf"
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, RecursionError):
             is_number = False
         if not is_number:
             raise ValueError(f"dtype = {shown(self.dtype)}: a type of numbers is needed.")

@@ -174,8 +174,8 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
     if not isinstance(store, str | PathLike):
         raise ValueError(f"store = {shown(store)} is neither a path nor an address.")
     url = str(store)
-    if not url:
-        raise ValueError("store = '' is neither a path nor an address.")
+    if not url or "\0" in url:
+        raise ValueError(f"store = {shown(url)} is neither a path nor an address.")
     options = {} if options is None else options
     told = "what the file system is told, by name"
     for name in instance("storage_options", options, Mapping, told):

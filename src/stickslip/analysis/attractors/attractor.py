@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
-import numpy as np
-
 from stickslip.analysis.attractors.bands import inside
+from stickslip.checks import finite_number, real_numbers
 from stickslip.results.result import Result, ResultList
 
 if TYPE_CHECKING:
@@ -90,7 +89,7 @@ class Attractor(AnyAttractor):
 
     def contains(self, x: ArrayLike, slack: float = 0.0) -> Any:
         """Tell which points lie in the bands, within `slack`."""
-        return inside(self.bands, np.asarray(x, dtype=np.float64), slack)
+        return inside(self.bands, real_numbers("x", x), finite_number("slack", slack))
 
     def _line(self) -> str:
         where = ", ".join(f"[{low:.8g}, {high:.8g}]" for low, high in self.bands[:4])

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final, get_args
 
-from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint
+from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint, Kind
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import explanation
+from stickslip.checks import one_of
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.breakpoints import Kind
     from stickslip.analysis.branches.discontinuities import Unresolved
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Map1D, Modelled
@@ -42,6 +42,8 @@ class BreakpointList(ResultList[Breakpoint]):
 
     def of_kind(self, *kinds: Kind) -> tuple[Breakpoint, ...]:
         """Return those that are a ``jump``, ``corner``, ``edge`` or ``smooth``."""
+        for kind in kinds:
+            one_of("kind", kind, get_args(Kind))
         return tuple(item for item in self.items if item.kind in kinds)
 
     def __repr__(self) -> str:

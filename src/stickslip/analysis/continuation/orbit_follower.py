@@ -97,7 +97,7 @@ class OrbitFollower(Follower):
         self.curve = self.line(equations, scale)
         wrong = f"the map has no such orbit at {self.name} = {value:.15g}: "
         if (values.status != OK).any():
-            raise ValueError(f"{wrong}no value at one of its points.")
+            raise ValueError(f"{wrong}no value at one of its points, or outside the window.")
         return first_point(self.curve, np.append(points.ravel(), value), wrong, ORBIT_OF_MAP)
 
     def points(self, point: CurvePoint) -> Floats:

@@ -248,7 +248,7 @@ class Map(UserMap):
 
     def contains(self, x: ArrayLike, /) -> NDArray[np.bool_]:
         """Tell which points are finite and in the domain, shape (...); an angle always is."""
-        points = reduced(self, np.asarray(x, dtype=np.float64))
+        points = reduced(self, self._points(x))
         low, high = self._domain.T
         inside = np.isfinite(points) & (points >= low) & (points <= high)
         return np.asarray(inside.all(axis=-1))
@@ -263,7 +263,7 @@ class Map(UserMap):
                 f"the domain of {self} has no bounds to draw points from: give "
                 "domain=[(low, high), ...], a pair for each coordinate."
             )
-        return box_points(self._domain, count)
+        return box_points(self._domain, whole_number("count", count, at_most=MOST_KEPT))
 
     def evaluate(self, x: ArrayLike, /) -> PointValues:
         """Return value, Jacobian, label and status at points of the domain.
@@ -337,7 +337,7 @@ class Map(UserMap):
         n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of a map")
         start = self._checked(x)
         orbit = np.full((*start.shape[:-1], n + 1, self._dimension), np.nan)
-        if (made := self.kernels(n, orbit.size)) is not None:
+        if (made := self._compiled(n, orbit.size)) is not None:
             rows, out = np.ascontiguousarray(start.reshape(-1, self._dimension)), orbit
             made.orbits(rows, *self.numbers, out.reshape(-1, self._dimension), n, 0, len(rows))
             return orbit
@@ -348,7 +348,7 @@ class Map(UserMap):
             orbit[inside, k + 1] = reduced(self, self._recorded.values(points, self._parameters))
         return orbit
 
-    def kernels(self, n_steps: float, n_values: float) -> Any:
+    def _compiled(self, n_steps: float, n_values: float) -> Any:
         """Return compiled functions for so many steps and values; None if that does not pay."""
         if self.formula is None or self.engine != "compiled":
             return None
@@ -364,7 +364,7 @@ class Map(UserMap):
 
     # ------------------------------------------------------------------ inside
 
-    def _checked(self, x: ArrayLike) -> Floats:
+    def _points(self, x: ArrayLike) -> Floats:
         points = real_numbers("x", x)
         if points.ndim == 0 and self._dimension == 1:
             points = points[None]
@@ -373,6 +373,10 @@ class Map(UserMap):
                 f"x = {shown(x)} is no point of the map: its last axis must hold "
                 f"{self._dimension} numbers."
             )
+        return points
+
+    def _checked(self, x: ArrayLike) -> Floats:
+        points = self._points(x)
         inside = self.contains(points)
         if not inside.all():
             first = points[tuple(np.argwhere(~inside)[0])]

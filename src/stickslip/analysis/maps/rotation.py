@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.analysis.maps.arguments import map_of
 from stickslip.analysis.maps.derived import plain
-from stickslip.checks import MOST_STEPS, shown, whole_number
+from stickslip.checks import MOST_STEPS, real_numbers, shown, whole_number
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
@@ -106,7 +106,9 @@ def rotation_number(
         raise ValueError(f"f = {shown(f)} has no angle. Take ss.Map(..., periodic=[...]).")
     n = whole_number("n", n, 2, at_most=MOST_STEPS, what="steps of a mean")
     skip = whole_number("transient", transient, 0, at_most=MOST_STEPS)
-    start = np.asarray(x0, dtype=np.float64)
+    start = real_numbers("x0", x0)
+    if not (start.size and np.isfinite(start).all()):
+        raise ValueError(f"x0 = {shown(x0)}: finite starting points are needed.")
     line = not hasattr(f, "contains")
     rows = start.reshape(-1) if line else start.reshape(-1, f.dimension)
     orbits = f.iterate(rows, skip + n)[:, skip:-1]

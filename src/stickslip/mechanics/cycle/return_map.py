@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
 
@@ -14,6 +15,7 @@ from stickslip.analysis.maps.protocol import Mechanism, box_points, checked_poin
 from stickslip.checks import (
     checked_interval,
     finite_number,
+    instance,
     one_of,
     real_numbers,
     shown,
@@ -35,8 +37,6 @@ from stickslip.numerics.roots import EPSILON
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.mechanics.eventmap.backend import Backend
@@ -121,6 +121,9 @@ class SectionMap(ModelMap):
         usual = "forward" if plant.V[self.contact] < 0.0 else "backward"
         self.direction = usual if direction is None else one_of("direction", direction, DIRECTIONS)
         mode = DIRECTIONS[self.direction]
+        if coordinates is not None:
+            for name in instance("coordinates", coordinates, Sequence, "names"):
+                instance("coordinates", name, str, "names of coordinates")
         self.chart: Chart = chart(plant, self.contact, mode, event == "release", coordinates)
         if not self.chart.names:
             raise ValueError(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
-from stickslip.checks import finite_number, one_of, real_numbers, shown, whole_number
+from stickslip.checks import finite_number, flag, one_of, real_numbers, shown, whole_number
 from stickslip.mechanics.flow.engine import EngineName, block_engine, engine_for, tolerance
 from stickslip.mechanics.flow.recorder import (
     BlocksRecorder,
@@ -277,6 +277,7 @@ class Trajectory(Result):
         energy : bool
             Add the columns of `Energy`.
         """
+        energy = flag("energy", energy)
         if t is None:
             return super().table()
         times = self._checked(t).ravel()

@@ -127,8 +127,7 @@ def friction_law(
     """
     given = {} if parameters is None else parameters
     values = dict(instance("parameters", given, Mapping, "names with their values"))
-    function = FormulaText(force) if isinstance(force, str) else force
-    other = FormulaText(forward) if isinstance(forward, str) else forward
+    function, other = _read("force", force), _read("forward", forward)
     for text in (other, function):
         if not isinstance(text, FormulaText):
             continue
@@ -140,6 +139,16 @@ def friction_law(
         # In their order there: equal texts, equal kernels.
         values = {name: values[name] for name in text.names if name in values} | values
     return UserLaw(function, tuple(values.items()), slope, other)
+
+
+def _read(name: str, given: Any) -> Any:
+    """Read a formula, if it is one."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return FormulaText(given)
+    except ValueError as reason:
+        raise ValueError(f"{name} = {shown(given)}: {reason}") from None
 
 
 @dataclass(frozen=True, repr=False)

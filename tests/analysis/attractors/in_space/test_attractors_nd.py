@@ -146,9 +146,9 @@ def test_an_attractor_on_an_edge_of_the_domain_holds_no_points_outside():
 
 def test_maps_that_differ_in_parameters_are_compiled_together():
     f = henon()
-    assert f.kernels(1, 1) is None
-    assert f.replace(a=1.1).kernels(10**6, 10**6) is not None
-    assert f.replace(a=1.2).kernels(1, 1) is not None
+    assert f._compiled(1, 1) is None
+    assert f.replace(a=1.1)._compiled(10**6, 10**6) is not None
+    assert f.replace(a=1.2)._compiled(1, 1) is not None
 
 
 # ------------------------------------------------------------------ Attractors.jl
