@@ -100,18 +100,21 @@ def find_change(
     return found if found and _are_wide(probe, *found) else None
 
 
-def _are_wide(probe: Probe, last: Seen, first: Seen) -> bool:
+def _are_wide(probe: Probe, *ends: Seen) -> bool:
     """Tell branches from what rounding makes of a tie of events: a few floats of a third label."""
-    sides = ((last, -1), (first, 1))
-    if all(probe.extent(end.x, end.branch, inward) > 0 for end, inward in sides):
+    blur = BLURRED * probe.scale
+    sides = tuple(zip(ends, (-1, 1), probe.f.domain, strict=True))
+
+    def reach_in() -> bool:
+        return all(
+            probe.extent(end.x, end.branch, inward) > 0 or abs(limit - end.x) <= blur
+            for end, inward, limit in sides
+        )
+
+    if reach_in():
         return True
-    lo, hi = probe.f.domain
-    probe.look(end.x + 2 * inward * BLURRED * probe.scale for end, inward in sides)
-    return all(
-        probe.extent(end.x, end.branch, inward) > 0
-        or (end.x - lo if inward < 0 else hi - end.x) <= BLURRED * probe.scale
-        for end, inward in sides
-    )
+    probe.look(end.x + 2 * inward * blur for end, inward, _ in sides)
+    return reach_in()
 
 
 def _change(
