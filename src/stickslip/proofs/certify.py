@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -639,7 +640,8 @@ def _inside(box: list[Span], setting: Setting) -> None:
     end = (1 + given["beta"][0]) / (1 + 2 * given["alpha"][1])
     for d in box[0]:
         if abs(d) > end:
-            raise ValueError(f"d = {shown(d)} is outside the domain |d| <= {float(end):.12g}")
+            value = float(d) if abs(d) <= sys.float_info.max else int(d)
+            raise ValueError(f"d = {shown(value)} is outside the domain |d| <= {float(end):.12g}")
 
 
 def _setting(values: dict[str, Any]) -> MapSetting:
