@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 import numpy as np
@@ -221,17 +222,19 @@ class _Search:
         word = tuple(self.classes.of(labels).tolist())
         return BreakImages(border, near.side, word, tuple(gaps.tolist()))
 
+    @cached_property
+    def _places(self) -> dict[tuple[int | None, int | None], set[float]]:
+        """Where the breaks between two branches are at both ends of the parameter."""
+        found: dict[tuple[int | None, int | None], set[float]] = {}
+        for image in (*self.known.values(), *self.known_there.values()):
+            if isinstance(border := image.border, TrackedDiscontinuity):
+                found.setdefault((border.left_label, border.right_label), set()).add(border.x)
+        return found
+
     def _is_another(self, name: Name, border: TrackedDiscontinuity | DomainEnd, x: float) -> bool:
         """Tell whether a place is rather that of another break between the same branches."""
         if isinstance(border, DomainEnd):
             return False
         own = {found[name].border.x for found in (self.known, self.known_there) if name in found}
-        return any(
-            isinstance(other, TrackedDiscontinuity)
-            and (other.left_label, other.right_label) == (border.left_label, border.right_label)
-            and other.x not in own
-            and abs(x - other.x) < abs(x - border.x)
-            for other in (
-                image.border for image in (*self.known.values(), *self.known_there.values())
-            )
-        )
+        others = self._places.get((border.left_label, border.right_label), set()) - own
+        return any(abs(x - other) < abs(x - border.x) for other in others)

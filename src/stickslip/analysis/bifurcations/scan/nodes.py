@@ -66,25 +66,26 @@ class SymbolClasses:
     def __init__(self) -> None:
         self._smooth: set[tuple[int, int]] = set()
         self._hard: set[tuple[int, int]] = set()
-        self._class: dict[int, set[int]] = {}
+        self._least: dict[int, int] = {}  # of the class of each label that is not alone in it
 
     def learn(self, table: BranchTable) -> None:
         """Take in the breakpoints of another table."""
         for item in table.breakpoints:
             pair = (min(item.left_label, item.right_label), max(item.left_label, item.right_label))
             (self._smooth if item.kind == "smooth" else self._hard).add(pair)
-        self._class = {}
+        classes: dict[int, set[int]] = {}
         for a, b in sorted(self._smooth - self._hard):
-            one, other = (self._class.get(label, {label}) for label in (a, b))
+            one, other = (classes.get(label, {label}) for label in (a, b))
             # Nor do two labels that meet otherwise somewhere become one by way of a third.
             if not any((min(pair), max(pair)) in self._hard for pair in product(one, other)):
-                self._class |= dict.fromkeys(one | other, one | other)
+                classes |= dict.fromkeys(one | other, one | other)
+        self._least = {label: min(those) for label, those in classes.items()}
 
     def of(self, labels: Labels) -> Labels:
         """Return the least label of each group, shaped like ``labels``."""
-        if not self._class:
+        if not self._least:
             return labels
-        flat = [min(self._class.get(label, (label,))) for label in labels.ravel().tolist()]
+        flat = [self._least.get(label, label) for label in labels.ravel().tolist()]
         return np.array(flat, dtype=np.uint64).reshape(labels.shape)
 
     def changed(self, f: Map1D, points: Floats, now: Labels, before: Labels) -> list[int]:
