@@ -171,7 +171,10 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
     # One turn also brings points closer that end on a twin of the cycle beside it.
     turns = min(int(np.ceil(np.log(TWIN) / np.log(_share_left(cycle)))), MAX_TURNS)
     shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
-    return _radius_of_approach(f, cycle, 0.02, shares, turns)
+    # Beside another point of the cycle orbits go on to that one.
+    apart = np.min(np.abs(cycle.points[1:] - cycle.points[0]), initial=np.inf)
+    largest = min(0.02, float(apart) / domain_width(f))
+    return _radius_of_approach(f, cycle, largest, shares, turns)
 
 
 def attracts(f: Map1D, cycle: Cycle) -> bool:
