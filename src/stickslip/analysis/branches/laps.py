@@ -123,9 +123,14 @@ class Laps:
 
     def inverse(self, lap: Indices, y: Floats) -> Floats:
         """Return the point of each lap with value y, by Newton's method in a cell; else the end."""
-        cell = self._cell_of_value(lap, y)
-        solver = _Inversion(self, lap, y, self.cells.take(cell))
-        return solver.solve()
+        return self._inversion(lap, y).solve()
+
+    def near_inverse(self, lap: Indices, y: Floats) -> Floats:
+        """Return about the same from the table's interpolants: nothing is evaluated."""
+        return self._inversion(lap, y).seed()
+
+    def _inversion(self, lap: Indices, y: Floats) -> _Inversion:
+        return _Inversion(self, lap, y, self.cells.take(self._cell_of_value(lap, y)))
 
     def steepness(self, lap: Indices, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
         """Bound the absolute slope on subintervals of laps, as sure as the table's interpolants."""
@@ -172,7 +177,7 @@ class _Inversion:
         self.bend = np.where(np.isfinite(bend), bend, np.inf)
 
     def solve(self) -> Floats:
-        x = self._seed()
+        x = self.seed()
         todo = np.flatnonzero(self.upper > self.lower)
         for _ in range(MAX_NEWTON):
             if not todo.size:
@@ -202,7 +207,7 @@ class _Inversion:
         fresh = np.where(exact | stuck & ~newton, x, np.where(newton, better, middle))
         return fresh, exact | stuck | sharp
 
-    def _seed(self) -> Floats:
+    def seed(self) -> Floats:
         """Solve the cubic interpolant instead: close already, and free."""
         c = self.cells
         width, rise = c.x1 - c.x0, c.v1 - c.v0

@@ -189,13 +189,10 @@ class _Halving:
 
     def _with_slopes(self, parts: Brackets) -> Brackets:
         """Evaluate the slopes of f^p at both ends."""
-        slopes = []
-        for orbit in (parts.left, parts.right):
-            slope = np.ones(len(parts))
-            for k in range(parts.word.shape[1]):
-                slope = slope * self.laps.evaluate(parts.word[:, k], orbit[:, k])[1]
-            slopes.append(slope)
-        return Brackets(parts.piece, parts.word, parts.left, parts.right, *slopes)
+        points = np.stack([parts.left, parts.right])[:, :, :-1]
+        _, slopes = self.laps.evaluate(np.tile(parts.word.ravel(), 2), points.ravel())
+        of_powers = slopes.reshape(points.shape).prod(axis=2)
+        return Brackets(parts.piece, parts.word, parts.left, parts.right, *of_powers)
 
     def _halve(self, parts: Brackets) -> Brackets:
         """Return the halves that are still undecided."""

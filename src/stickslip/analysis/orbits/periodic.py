@@ -270,7 +270,7 @@ class _Search:
         x = np.clip(0.5 * (low + high), bottom[:, -1], top[:, -1])
         points = np.empty(word.shape)
         for k in range(word.shape[1] - 1, -1, -1):
-            x = np.clip(self.laps.inverse(word[:, k], x), bottom[:, k], top[:, k])
+            x = np.clip(self.laps.near_inverse(word[:, k], x), bottom[:, k], top[:, k])
             points[:, k] = x
         return points
 
