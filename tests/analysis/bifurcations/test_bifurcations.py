@@ -272,7 +272,7 @@ def test_an_orbit_that_meets_a_jump_goes_on_with_another_period(
         ("bifurcations", "explained", "a flip"),
         ("bifurcations", "orbit_curves", "the curves"),
         ("bifurcations", "cascades", "the cascades"),
-        ("bifurcations", "crises", "the crises"),
+        ("bifurcations", "CrisisSearch", "the crises"),
         ("bifurcations", "parameter_point", "the crises"),
     ],
 )

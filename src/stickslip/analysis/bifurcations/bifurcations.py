@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final, TypeVar
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 from stickslip.analysis.bifurcations.cascades import cascades
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
-from stickslip.analysis.bifurcations.crisis.crises import LOOKS, crises
+from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch
 from stickslip.analysis.bifurcations.explain import (
     Concerned,
     concerned_orbits,
@@ -47,7 +48,7 @@ from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from stickslip.analysis.bifurcations.bifurcation import Cascade
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
@@ -224,9 +225,8 @@ def _at_node(at: MapAt, node: Node) -> ParameterPoint:
     return parameter_point(at, node.q, node.orbits, node.fast)
 
 
-def _look(at: MapAt, place: tuple[float, list[Floats]]) -> ParameterPoint | UnresolvedChange:
+def _look(at: MapAt, q: float, guesses: list[Floats]) -> ParameterPoint | UnresolvedChange:
     """Find the attractors at a value, stable orbits near guesses included, or what is left out."""
-    q, guesses = place
     noted: list[UnresolvedChange] = []
 
     def found() -> ParameterPoint:
@@ -248,6 +248,10 @@ def _stable_near(curves: Iterable[Curve], q: float) -> list[Floats]:
     return found
 
 
+def _done(job: Callable[[], Any]) -> Any:
+    return job()
+
+
 class _Report:
     """A survey turned into a list of bifurcations."""
 
@@ -258,6 +262,7 @@ class _Report:
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
+        self.ahead: dict[float, ParameterPoint | UnresolvedChange] = {}  # looks that may serve
         self.between: list[Look] = []  # of the search for crises
 
     def made(self) -> BifurcationList:
@@ -276,11 +281,12 @@ class _Report:
             lambda: cascades(found, curves, family, whole, survey.max_period, tell), "the cascades"
         )
         later = [flip for chain in chains for flip in chain.flips if flip.in_cascade]
-        crises_found = self._search(self._crises, "the crises")
         # Beyond the last flip that was solved for come more, up to there.
         self.accumulations = [chain.accumulation for chain in chains]
-        self.values += [item.value for item in (*later, *crises_found)]
-        items = [*found, *later]
+        items, breaks = [*found, *later], list(self.values)
+        self.values += [item.value for item in later]
+        crises_found = self._search(lambda: self._crises(breaks, items, chains), "the crises")
+        self.values += [item.value for item in crises_found]
         full = self._search(lambda: self._with_attractors(items, chains), "attractors") or items
         ends = [end for curve in curves for end in curve.ends]
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
@@ -290,7 +296,9 @@ class _Report:
         ends_of = ((self.looks.get(item.lo), self.looks.get(item.hi)) for item in unaccounted)
         if again := [[a, b] for a, b in ends_of if a and b]:
             more = self._search(
-                lambda: [item for pair in again for item in self._crises_between(pair)],
+                lambda: [
+                    item for pair in again for item in self._crises_between(pair, self.values)
+                ],
                 "the crises",
             )
             crises_found += more
@@ -354,34 +362,44 @@ class _Report:
         self, items: list[Bifurcation], chains: list[Cascade]
     ) -> list[Bifurcation]:
         """Add the attractors on both sides; two neighbours that are close share those between."""
-        beyond = [2 * c.accumulation - c.values[:LAST_FLIP][-1] for c in chains]
-        full = self._beside(items, 1.0, beyond)
+        full = self._beside(items, 1.0, chains)
         # Something else may be between, which was not asked for: nearer looks rule it out.
         doubtful = [item for item in full if item.disagreement]
         nearer = dict(zip(map(id, doubtful), self._beside(doubtful, NEARER), strict=True))
         return [nearer.get(id(item), item) for item in full]
 
     def _beside(
-        self, items: list[Bifurcation], share: float, more: Iterable[float] = ()
+        self, items: list[Bifurcation], share: float, chains: Iterable[Cascade] = ()
     ) -> list[Bifurcation]:
-        """Add the attractors at a share of the way to what is next, and look at other values."""
-        sides = {id(item): self._sides(item.value, share) for item in items}
-        places = {q for pair in sides.values() for q in pair}
-        places |= {q for q in more if self.survey.lo < q < self.survey.hi}
-        look = partial(_look, self.survey.family.at)
-        known = [(q, _stable_near(self.survey.curves or (), q)) for q in sorted(places)]
-        for found in in_processes(look, known, self.work.part(0.8, 0.9).tell):
+        """Add the attractors at a share of the way to what is next; look beyond cascades, too."""
+        jobs = self._looks_beside(items, share, chains)
+        rest = {q: job for q, job in jobs.items() if q not in self.ahead}
+        more = in_processes(_done, rest.values(), self.work.part(0.8, 0.9).tell)
+        self.ahead |= zip(rest, more, strict=True)
+        for q in jobs:
+            found = self.ahead[q]
             if isinstance(found, UnresolvedChange):
                 self.unresolved.append(found)
             else:
                 self._looked_at([found])
         full = []
         for item in items:
-            below, above = (self.looks.get(q) for q in sides[id(item)])
+            below, above = (self.looks.get(q) for q in self._sides(item.value, share))
             if below is not None and above is not None:
                 item = with_attractors(item, below, above, self.survey.width)
             full.append(item)
         return full
+
+    def _looks_beside(
+        self, items: list[Bifurcation], share: float, chains: Iterable[Cascade]
+    ) -> dict[float, Callable[[], ParameterPoint | UnresolvedChange]]:
+        """Return the looks at what is beside bifurcations and beyond cascades, by the value."""
+        survey, curves = self.survey, self.survey.curves or ()
+        places = {q for item in items for q in self._sides(item.value, share)}
+        beyond = (2 * c.accumulation - c.values[:LAST_FLIP][-1] for c in chains)
+        places |= {q for q in beyond if survey.lo < q < survey.hi}
+        at = survey.family.at
+        return {q: partial(_look, at, q, _stable_near(curves, q)) for q in sorted(places)}
 
     def _sides(self, value: float, share: float) -> tuple[float, float]:
         """Where, just below and above a value, attractors are looked at: clear of other events."""
@@ -398,34 +416,44 @@ class _Report:
     def _looked_at(self, points: Iterable[ParameterPoint]) -> None:
         self.looks |= {point.value: point for point in points}
 
-    def _crises(self) -> list[Bifurcation]:
+    def _crises(
+        self, breaks: list[float], items: list[Bifurcation], chains: list[Cascade]
+    ) -> list[Bifurcation]:
         """Find crises between the values of the grid."""
         survey, at = self.survey, self.survey.family.at
         tell = self.work.part(0.65, 0.7).tell
         grid = list(in_processes(partial(_at_node, at), survey.grid_nodes, tell))
         self._looked_at(grid)
-        return self._crises_between(grid, self.work.part(0.7, 0.8).tell)
+        jobs = self._looks_beside(items, 1.0, chains)
+        return self._crises_between(grid, breaks, jobs)
 
     def _crises_between(
-        self, grid: list[ParameterPoint], tell: Callable[[float], None] = lambda share: None
+        self,
+        grid: Sequence[ParameterPoint],
+        breaks: list[float],
+        looks: dict[float, Callable[[], ParameterPoint | UnresolvedChange]] | None = None,
     ) -> list[Bifurcation]:
-        survey = self.survey
-        looks = LOOKS // 16 if survey.crowded else LOOKS
-        limits = {"max_period": survey.max_period, "looks": looks}
-        found = crises(survey.family.at, grid, self.values, **limits, tell=tell)
+        """Find crises between values; most come from few intervals: look elsewhere meanwhile."""
+        survey, tell = self.survey, self.work.part(0.7, 0.8).tell
+        most = LOOKS // 16 if survey.crowded else LOOKS
+        search = CrisisSearch(survey.family.at, grid, breaks, survey.max_period, looks=most)
+        jobs, ahead = search.parts(), looks or {}
+        results = in_processes(_done, [*jobs, *ahead.values()], tell)
+        found = search.joined(islice(results, len(jobs)))
+        self.ahead |= zip(ahead, results, strict=True)
         self.unresolved += [unexplained(*pair) for pair in found.left_open]
         self.outside += [too_close(*pair) for pair in found.too_close]
         self.between += found.looks
         self._looked_at(side for event in found.events for side in event.sides)
-        return [self._crisis(event) for event in found.events if not self._explained(event)]
+        return [self._crisis(event) for event in found.events if not self._explained(event, breaks)]
 
-    def _explained(self, event: CrisisEvent) -> bool:
+    def _explained(self, event: CrisisEvent, breaks: list[float]) -> bool:
         """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""
         condition = event.condition
         if isinstance(condition, Contact) and isinstance(condition.border, DomainEnd):
             return False  # beside orbits that leave there, too
         same = event.error + SAME_VALUE * self.survey.scale
-        return any(abs(event.value - value) <= same for value in self.values)
+        return any(abs(event.value - value) <= same for value in breaks)
 
     def _crisis(self, event: CrisisEvent) -> Bifurcation:
         below, above = self._sides(event.value, 1.0)

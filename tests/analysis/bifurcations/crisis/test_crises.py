@@ -11,12 +11,17 @@ import stickslip as ss
 from stickslip import examples
 from stickslip.analysis.bifurcations.crisis import crises as search
 from stickslip.analysis.bifurcations.crisis.comparison import parameter_point
-from stickslip.analysis.bifurcations.crisis.crises import crises
+from stickslip.analysis.bifurcations.crisis.crises import CrisisSearch
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.mechanics.eventmap.event_map import EventMap
 
 LOCATED = 1e-10  # what a located value is good for at least; most are at rounding
+
+
+def crises(*about, **options):
+    searched = CrisisSearch(*about, **options)
+    return searched.joined(part() for part in searched.parts())
 
 
 def found(at, values, **options):

@@ -40,7 +40,6 @@ from stickslip.analysis.bifurcations.crisis.unstable_neighbours import (
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.numerics.processes import in_processes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -129,34 +128,43 @@ class CrisesFound:
     looks: list[Look] = field(default_factory=list)  # between those of the grid
 
 
-def crises(
-    at: MapAt,
-    grid: Sequence[ParameterPoint],
-    breaks: Iterable[float] = (),
-    *,
-    max_period: int = 4,
-    finest: float = FINEST,
-    looks: int = LOOKS,
-    tell: Callable[[float], None] = lambda share: None,
-) -> CrisesFound:
-    """Find the crises and band mergings between two or more ascending values of a grid."""
+@dataclass(frozen=True, eq=False)
+class CrisisSearch:
+    """A search for crises and band mergings between two or more ascending values of a grid."""
+
     # What changes across ``breaks``, values of known bifurcations, is their doing. Intervals below
     # ``finest`` of one of the grid are left alone: bands merge at ever closer values.
-    values = [point.value for point in grid]
-    if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
-        raise ValueError("grid: points at two or more ascending values are needed.")
-    known = list(breaks)
-    between = partial(_between, at, known, max_period, finest, looks)
-    search = _Search(at, known, max_period)
-    for found in in_processes(between, pairwise(grid), tell):
-        search.found.left_open.extend(found.left_open)
-        search.found.too_close.extend(found.too_close)
-        search.found.looks.extend(found.looks)
-        for event in found.events:
-            search.keep(event)
-    search.at_end(grid[0], grid[0].value - grid[1].value)
-    search.at_end(grid[-1], grid[-1].value - grid[-2].value)
-    return replace(search.found, events=sorted(search.found.events, key=lambda event: event.value))
+    at: MapAt
+    grid: Sequence[ParameterPoint]
+    breaks: Sequence[float] = ()
+    max_period: int = 4
+    finest: float = FINEST
+    looks: int = LOOKS
+
+    def __post_init__(self) -> None:
+        """Refuse a grid that is none."""
+        values = [point.value for point in self.grid]
+        if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
+            raise ValueError("grid: points at two or more ascending values are needed.")
+
+    def parts(self) -> list[Callable[[], CrisesFound]]:
+        """Return the searches between neighbours, each for any process."""
+        limits = self.breaks, self.max_period, self.finest, self.looks
+        return [partial(_between, self.at, *limits, ends) for ends in pairwise(self.grid)]
+
+    def joined(self, parts: Iterable[CrisesFound]) -> CrisesFound:
+        """Join what they have found, each event once, with what is at the ends of the grid."""
+        search, grid = _Search(self.at, self.breaks, self.max_period), self.grid
+        for found in parts:
+            search.found.left_open.extend(found.left_open)
+            search.found.too_close.extend(found.too_close)
+            search.found.looks.extend(found.looks)
+            for event in found.events:
+                search.keep(event)
+        search.at_end(grid[0], grid[0].value - grid[1].value)
+        search.at_end(grid[-1], grid[-1].value - grid[-2].value)
+        events = sorted(search.found.events, key=lambda event: event.value)
+        return replace(search.found, events=events)
 
 
 def _between(
