@@ -488,6 +488,25 @@ def test_lost_chaos_is_told_and_cycles_that_are_too_long_are_set_apart():
     assert "chaos in 104 bands" in outside.reason
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        ([("chaotic", 12)], [], True),  # of the cascade of a cycle of period 3
+        ([("chaotic", 26), ("periodic", 26)], [("periodic", 26)], False),  # of a window of it
+        ([("chaotic", 1)], [("chaotic", 26)], False),
+        ([("chaotic", 1), ("chaotic", 26)], [], True),
+        ([("chaotic", 1), ("periodic", 7)], [("periodic", 2)], True),
+        ([("undecided", 0)], [("chaotic", 1), ("undecided", 0)], False),  # which may be that
+        ([("chaotic", 1)], [("chaotic", 1), ("chaotic", 1), ("undecided", 0)], True),
+    ],
+)
+def test_chaos_counts_unless_longer_cycles_or_what_is_undecided_stand_for_it(before, after, told):
+    for looks in ([look(0.0, *before), look(1.0, *after)], [look(0.0, *after), look(1.0, *before)]):
+        unresolved, _ = accounted(looks, [], max_period=3)
+        assert [item for item in unresolved if "chaos" in item.reason] == unresolved
+        assert bool(unresolved) is told
+
+
 def look(value, *sorts):
     attractors = [SimpleNamespace(kind=kind, period=period, orbit=None) for kind, period in sorts]
     return Look(value, attractors)
