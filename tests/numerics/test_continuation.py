@@ -266,3 +266,12 @@ def test_zeros(root, power, steep):
 def test_zeros_at_the_ends():
     assert zero_between(lambda x: x, 0.0, 1.0, 0.0, 1.0) == 0.0
     assert zero_between(lambda x: x - 1, 0.0, 1.0, -1.0, 0.0) == 1.0
+
+
+def test_steps_that_round_to_nothing_are_walked():
+    """The cubic through two points that coincide divided by their distance."""
+    steps = StepControl(first=1e-20, smallest=0.0, largest=1e-20, foretell=True)
+    curve = ArclengthCurve(parabola, ONE, control=steps)
+    points, end = follow(curve, curve.point(np.array([1.0, 1.0])), 5)
+    assert end is None
+    assert all(np.allclose(point.y, 1.0, atol=1e-15) for point in points)

@@ -229,9 +229,9 @@ class ArclengthCurve:
 
     def _foretold(self, last: CurvePoint | None, here: CurvePoint, step: float) -> Floats:
         """Guess a point ahead: on the cubic through the last two, or along the first tangent."""
-        if last is None or not self.control.foretell:
+        length = 0.0 if last is None else float(np.linalg.norm((here.y - last.y) / self.scale))
+        if last is None or not (length and self.control.foretell):  # steps may round to nothing
             return here.y + step * self.scale * here.tangent
-        length = float(np.linalg.norm((here.y - last.y) / self.scale))
         way = _hermite(last, here, 1.0 + step / length, length, self.scale)
         guess: Floats = last.y + self.scale * way
         return guess

@@ -15,6 +15,7 @@ from stickslip.analysis.bifurcations.accounting import Look, accounted
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, joined_where_they_touch
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.bifurcations.scan.nodes import returns_to_crowd
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
 from stickslip.analysis.branches.table import branch_table, resolution_of_lists
 
@@ -214,8 +215,9 @@ def test_where_breaks_accumulate_less_is_resolved_and_the_list_says_so():
     assert len(ss.breakpoints(f, 1e-9)) > 300
     assert len(ss.breakpoints(f)) < 200
     found = bifurcations(f, "mu", (0.3, 0.31), max_period=1, n_lists=3)
-    (told,) = found.unresolved
-    assert "breaks accumulate: lists are complete above" in told.reason
+    assert not found.unresolved
+    (told,) = (told for told in found.outside if "breaks accumulate" in told.reason)
+    assert "where no orbit up to period 1 passes, lists are complete above" in told.reason
     assert (told.lo, told.hi) == found.range
     # What happens, happens between 0.2 and 0.5, where there are few breaks.
     alone = bifurcations(f, "mu", (0.3, 0.31), max_period=1, window=(0.2, 0.5), n_lists=3)
@@ -236,7 +238,23 @@ def test_breaks_that_accumulate_between_the_first_looks_are_told_too():
         label=lambda x, mu: 1 + np.floor(turns(x, mu)).astype(np.uint64),
     )
     found = bifurcations(f, "mu", (0.3, 0.31), max_period=1, n_lists=4)
-    assert any("breaks accumulate: lists are complete above" in u.reason for u in found.unresolved)
+    assert any("breaks accumulate where no orbit" in told.reason for told in found.outside)
+
+
+def test_orbits_return_to_where_breaks_accumulate_or_not():
+    # Branches near 0 are mapped to 0.3 and above, and that back to them.
+    def turns(x):
+        return np.log(x) / np.log(0.95)
+
+    f = ss.PiecewiseMap(
+        lambda x: np.where(x < 0.29, 0.3 + 0.05 * (turns(x) % 1), 0.1 * (x - 0.3) + 1e-4),
+        (1e-8, 1),
+        derivative=lambda x: np.where(x < 0.29, 0.05 / (np.log(0.95) * x), 0.1),
+        label=lambda x: np.where(x < 0.29, 1 + np.floor(turns(x)), 0).astype(np.uint64),
+    )
+    table = branch_table(f)
+    assert table.resolution > 1e-9
+    assert [returns_to_crowd(table, period) for period in (1, 2, 3)] == [False, True, True]
 
 
 def test_where_breaks_accumulate_too_many_changes_are_told_and_not_followed():
@@ -468,6 +486,25 @@ def test_lost_chaos_is_told_and_cycles_that_are_too_long_are_set_apart():
     unresolved, (outside,) = accounted(many, [], max_period=4)
     assert not unresolved
     assert "chaos in 104 bands" in outside.reason
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        ([("chaotic", 12)], [], True),  # of the cascade of a cycle of period 3
+        ([("chaotic", 26), ("periodic", 26)], [("periodic", 26)], False),  # of a window of it
+        ([("chaotic", 1)], [("chaotic", 26)], False),
+        ([("chaotic", 1), ("chaotic", 26)], [], True),
+        ([("chaotic", 1), ("periodic", 7)], [("periodic", 2)], True),
+        ([("undecided", 0)], [("chaotic", 1), ("undecided", 0)], False),  # which may be that
+        ([("chaotic", 1)], [("chaotic", 1), ("chaotic", 1), ("undecided", 0)], True),
+    ],
+)
+def test_chaos_counts_unless_longer_cycles_or_what_is_undecided_stand_for_it(before, after, told):
+    for looks in ([look(0.0, *before), look(1.0, *after)], [look(0.0, *after), look(1.0, *before)]):
+        unresolved, _ = accounted(looks, [], max_period=3)
+        assert [item for item in unresolved if "chaos" in item.reason] == unresolved
+        assert bool(unresolved) is told
 
 
 def look(value, *sorts):

@@ -139,3 +139,36 @@ def test_limits_are_as_sharp_where_less_is_resolved():
     )
     (found,) = branch_table(f, 1e-3).breakpoints
     assert (found.left, found.right) == pytest.approx((np.exp(0.3), np.sin(2.7)), abs=1e-14)
+
+
+@pytest.mark.parametrize("aside", [3e-11, 5e-10, 3e-9, 5e-8, 1e-6])
+def test_a_jump_beside_a_change_of_label_is_found(aside):
+    """A motion that grazes and lands at once jumps within one itinerary."""
+    f = PiecewiseMap(
+        lambda x: np.where(x < 0, 0.2 - 50 * x, 0.6 + 0.4 * x), (-1.0, 1.0), breakpoints=[aside]
+    )
+    jump = branch_table(f).breakpoints[0]
+    assert jump.kind == "jump"
+    assert jump.d == (0.0 if aside > 1e-9 else pytest.approx(aside, abs=1e-18))
+    assert jump.left == pytest.approx(0.2 - 50 * jump.d, abs=1e-14)
+    assert (jump.right, jump.left_slope) == pytest.approx((0.6 + 0.4 * jump.d, -50), abs=1e-9)
+
+
+def test_two_jumps_close_together_are_both_found():
+    f = PiecewiseMap(
+        lambda x: np.where(x < 0, 0.3, np.where(x < 4e-8, -0.2, 0.1)) + 0.5 * x, (-1.0, 1.0)
+    )
+    assert [item.d for item in branch_table(f).breakpoints] == pytest.approx([0, 4e-8], abs=1e-18)
+
+
+def test_values_that_scatter_make_no_break():
+    """Where motions are sensitive, neighbouring floats differ by more than slopes explain."""
+
+    def sensitive(x):
+        return 0.3 * np.tanh((x - 0.3) / 4e-9) + 4e-8 * ((1e16 * x) % 1.0)
+
+    def slope(x):
+        return 0.3 / 4e-9 / np.cosh(np.clip((x - 0.3) / 4e-9, -300, 300)) ** 2
+
+    f = PiecewiseMap(sensitive, (-1.0, 1.0), derivative=slope)
+    assert not branch_table(f).breakpoints

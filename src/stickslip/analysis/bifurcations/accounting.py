@@ -52,14 +52,29 @@ def _cycles_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -
 
 
 def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
-    """Whether chaos comes or goes in a way that longer cycles and its windows do not explain."""
-    here, there = (
-        Counter({sort: n for sort, n in sorts.items() if _beyond(sort, max_period)})
+    """Whether chaos comes or goes in a way that longer cycles and their chaos do not explain."""
+    asked = [
+        Counter({sort: n for sort, n in sorts.items() if _is_asked_chaos(sort, max_period)})
         for sorts in (here, there)
+    ]
+    more, fewer = (here, there) if asked[0].total() >= asked[1].total() else (there, here)
+    # What else is new where chaos is missing may be a window of it; what is undecided may be it.
+    new = fewer - Counter({sort: n for sort, n in more.items() if sort[0] != "undecided"})
+    others = sum(
+        n
+        for sort, n in new.items()
+        if _beyond(sort, max_period) and not _is_asked_chaos(sort, max_period)
     )
-    changed = (here - there) + (there - here)
-    chaos_only = all(kind == "chaotic" and bands <= MOST_BANDS for kind, bands in changed)
-    return chaos_only and here.total() != there.total()
+    return abs(asked[0].total() - asked[1].total()) > others
+
+
+def _is_asked_chaos(sort: Sort, max_period: int) -> bool:
+    """Whether an attractor is chaos, but not that of a window of longer cycles."""
+    kind, bands = sort
+    longest = bands
+    while longest > max_period and longest % 2 == 0:  # bands of a cascade
+        longest //= 2
+    return kind == "chaotic" and bands <= MOST_BANDS and longest <= max_period
 
 
 def _beyond(sort: Sort, max_period: int) -> bool:

@@ -258,7 +258,7 @@ class _Report:
     def __init__(self, survey: Survey, f: MapFamily, work: Work) -> None:
         self.survey, self.f, self.work = survey, f, work
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
-        self.outside: list[UnresolvedChange] = []
+        self.outside: list[UnresolvedChange] = list(survey.outside)
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}

@@ -33,6 +33,7 @@ MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
 CROWD: Final = 4  # cuts within the resolution: events that flicker at a tie make two or three
 BLURRED: Final = 1e-3  # of the resolution: a wider cut holds more than one tie of events
 NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or none by a break
+SCATTER: Final = 4  # floats beside a cut show how far values scatter; a step is as often larger
 STEP: Final = 1e-10  # of the range of values: a step between adjacent floats is real above it
 BEND: Final = 1e-6  # of the slopes: likewise a change of the slope
 
@@ -288,7 +289,8 @@ def find_discontinuities(mesh: Mesh) -> tuple[Discontinuities, list[Unresolved]]
     while len((pairs := search.new_pairs())[0]):
         search.follow(*pairs)
         mesh.refine()
-    search.follow_suspects()
+    while search.follow_suspects():
+        pass
     return search.result()
 
 
@@ -301,6 +303,7 @@ class _Search:
         none = mesh.nodes.take(slice(0, 0))
         self.left, self.right = none, none
         self.unresolved: list[Unresolved] = []
+        self.suspected: set[tuple[float, float]] = set()
 
     def new_pairs(self) -> tuple[Nodes, Nodes]:
         """Neighbouring nodes with different labels that no cut separates yet."""
@@ -343,11 +346,15 @@ class _Search:
         inside_right = self.mesh.probe(np.minimum(right.x[on_right] + step, hi))
         self.mesh.insert(left.joined(right).joined(inside_left).joined(inside_right))
 
-    def follow_suspects(self) -> None:
-        """Bisect breaks without a label: by which side a point is more like."""
-        suspects = self._suspects()
+    def follow_suspects(self) -> bool:
+        """Bisect breaks without a label, by which side a point is more like; tell if one is new."""
+        fresh = [ends for ends in self._suspects() if ends not in self.suspected]
+        suspects = fresh[: MAX_SUSPECTS - len(self.suspected)]
+        if left_out := fresh[len(suspects) :]:
+            self.unresolved.append(Unresolved(ROUGH, left_out[0][0], left_out[-1][1]))
         if not suspects:
-            return
+            return False
+        self.suspected.update(suspects)
         left = self.mesh.probe(np.array([lo for lo, _ in suspects]))
         right = self.mesh.probe(np.array([hi for _, hi in suspects]))
         for _ in range(MAX_ROUNDS):
@@ -360,35 +367,55 @@ class _Search:
             left = left.replaced(active[as_left], middle.take(as_left))
             right = right.replaced(active[~as_left], middle.take(~as_left))
         real = self._is_break(left, right)
+        real &= ~np.isin(left.x, self.left.x)
         self._keep(left.take(real), right.take(real))
+        return bool(real.any() and not left_out)
 
     def _is_break(self, left: Nodes, right: Nodes) -> Bools:
         """Tell whether adjacent floats differ by more than a smooth function could."""
         with np.errstate(all="ignore"):
             steep = np.abs(left.slope) + np.abs(right.slope)
             smooth_step = np.where(np.isfinite(steep), steep * (right.x - left.x), 0.0)
-            step = np.abs(right.value - left.value) - smooth_step
+            step = np.abs(right.value - left.value) - smooth_step - self._noise(left, right)
             bend = np.abs(right.slope - left.slope) / (self.mesh.slope_scale + steep)
         # Where the slope is infinite the quotient is NaN, and a break all the same.
         real: Bools = (step > STEP * self.mesh.value_scale) | ~(bend <= BEND)
         return real
 
+    def _noise(self, left: Nodes, right: Nodes) -> Floats:
+        """How far values beside a cut scatter: where motions are sensitive, by more than ulp."""
+        found, floats = [], np.arange(1, SCATTER + 1)
+        for end, inward in ((left, -1), (right, 1)):
+            x = end.x[:, None] + inward * floats * np.spacing(np.abs(end.x))[:, None]
+            values, _ = self.mesh.slopes(np.clip(x, *self.mesh.f.domain).ravel())
+            found.append(np.ptp(np.column_stack([end.value, values.reshape(x.shape)]), axis=1))
+        return np.nan_to_num(SCATTER * np.maximum(*found))
+
     def _suspects(self) -> list[tuple[float, float]]:
-        """Clusters of doubtful cells away from the cuts that are known already."""
-        near = NEAR * self.mesh.resolution
+        """Clusters of doubtful cells away from the cuts that are known already; steps beside them.
+
+        Beside a square root cells are doubtful, too, but no value steps.
+        """
+        nodes, near = self.mesh.nodes, NEAR * self.mesh.resolution
         # The ends of the domain may be singular, too.
-        breaks = np.concatenate([self.left.x, self.right.x, self.mesh.f.domain])
+        breaks = np.sort(np.concatenate([self.left.x, self.right.x, self.mesh.f.domain]))
+
+        def close(lo: Floats, hi: Floats) -> Bools:
+            return np.searchsorted(breaks, hi + near) > np.searchsorted(breaks, lo - near, "right")
+
+        left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
+        steps = nodes.same_as_next() & left.ok & _is_step(left, right)
+        steps &= np.abs(right.value - left.value) > STEP * self.mesh.value_scale
+        steps &= (right.x - left.x <= 1.5 * self.mesh.resolution) & close(left.x, right.x)
         clusters: list[tuple[float, float]] = []
-        for lo, hi in sorted(self.mesh.doubtful):
-            if np.any((breaks > lo - near) & (breaks < hi + near)):
-                continue
+        doubtful = np.array(sorted(self.mesh.doubtful)).reshape(-1, 2)
+        for lo, hi in doubtful[~close(*doubtful.T)].tolist():
             if clusters and lo - clusters[-1][1] <= near:
                 clusters[-1] = (clusters[-1][0], max(hi, clusters[-1][1]))
             else:
                 clusters.append((lo, hi))
-        if len(clusters) > MAX_SUSPECTS:
-            self.unresolved.append(Unresolved(ROUGH, clusters[MAX_SUSPECTS][0], clusters[-1][1]))
-        return clusters[:MAX_SUSPECTS]
+        clusters += zip(left.x[steps].tolist(), right.x[steps].tolist(), strict=True)
+        return clusters
 
     def result(self) -> tuple[Discontinuities, list[Unresolved]]:
         """Discontinuities in ascending order; what lies between slivers is one cut, or a gap."""
@@ -445,14 +472,22 @@ def _opened(left: Nodes, right: Nodes, wide: Bools) -> tuple[Nodes, Nodes]:
     return left.take(order), right.take(order)
 
 
+def _is_step(left: Nodes, right: Nodes) -> Bools:
+    """Tell between which points the value steps: the slopes there do not enclose the mean one."""
+    with np.errstate(all="ignore"):
+        mean = (right.value - left.value) / (right.x - left.x)
+        low, high = np.minimum(left.slope, right.slope), np.maximum(left.slope, right.slope)
+        off = np.maximum(low - mean, mean - high)
+        return np.asarray(off > np.abs(left.slope) + np.abs(right.slope))
+
+
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:
     """Tell which side continues to the middle: by values at a jump, by slopes at a corner."""
     with np.errstate(all="ignore"):
         off_left = np.abs(middle.value - left.value - left.slope * (middle.x - left.x))
         off_right = np.abs(middle.value - right.value - right.slope * (middle.x - right.x))
-        width = right.x - left.x
         jump = np.abs(right.value - left.value)
-        by_value = jump > 2 * (np.abs(left.slope) + np.abs(right.slope)) * width
+        by_value = jump > 2 * (np.abs(left.slope) + np.abs(right.slope)) * (right.x - left.x)
         by_slope = np.abs(middle.slope - left.slope) < np.abs(middle.slope - right.slope)
         like_left: Bools = np.where(by_value, off_left < off_right, by_slope)
     return like_left

@@ -107,6 +107,17 @@ def itineraries(laps: Laps, power: int) -> float:
     return float(np.trace(np.linalg.matrix_power(leads.astype(np.float64), power)))
 
 
+def returning(laps: Laps, power: int) -> NDArray[np.bool_]:
+    """Tell which laps lead back to themselves, or to one beside, in up to a number of maps."""
+    leads, n = _Returns(laps, 1), len(laps)
+    reach = np.eye(n, dtype=bool) | np.eye(n, k=1, dtype=bool) | np.eye(n, k=-1, dtype=bool)
+    found = np.zeros(n, dtype=bool)
+    for _ in range(power):
+        reach = leads.before(reach)
+        found |= np.diagonal(reach)
+    return found
+
+
 class _Returns:
     """Which laps lead to which in a few maps: before what never comes back is pulled back."""
 

@@ -186,7 +186,7 @@ def meet(
     Raises `ConditionLost` if the border is gone, the orbit leaves the domain, or nothing is nearby.
     """
     problem, index = _Problem(at, name, border), border.index
-    aside = FIRST_CHANGE * (high - low)
+    aside = max(FIRST_CHANGE * (high - low), ROUNDING * abs(value))
     before = problem.state(value + aside if value + aside <= high else value - aside, points)
     now = problem.state(value, points)
     last = np.inf

@@ -75,6 +75,7 @@ class Range:
     hi: float
     max_period: int
     resolution: float = RESOLUTION  # of the map's tables
+    crowded: bool = False  # whether breaks accumulate where orbits may pass
 
     @cached_property
     def width(self) -> float:
@@ -90,11 +91,6 @@ class Range:
     def closest(self) -> float:
         """How close to each other lists are made."""
         return (BESIDE if self.scale > self.hi - self.lo else SPLIT) * self.scale
-
-    @property
-    def crowded(self) -> bool:
-        """Whether breaks accumulate, so that the map is resolved less."""
-        return self.resolution > RESOLUTION
 
 
 @dataclass(eq=False)

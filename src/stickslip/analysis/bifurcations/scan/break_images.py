@@ -21,6 +21,8 @@ from stickslip.analysis.branches.along.tracked import (
     DomainEnd,
     TrackedDiscontinuity,
 )
+from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.branches.pieces import returning
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import sample
 from stickslip.status import OK
@@ -144,9 +146,19 @@ def hidden_collisions(
         images_of_breaks(node.table, max_period, classes, telling=telling) for node in (left, right)
     )
     after = _renamed(after, before)
-    search = _Search(family, max_period, classes, telling, narrowest, before, after)
+    busy = _busy(left.table, before, max_period) | _busy(right.table, after, max_period)
+    search = _Search(family, max_period, classes, telling, narrowest, busy, before, after)
     for name in sorted(set(before) | set(after)):
         yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
+
+
+def _busy(table: BranchTable, images: dict[Name, BreakImages], max_period: int) -> set[Name]:
+    """Return the breaks that an image of theirs may come back to; all but where some accumulate."""
+    if table.resolution <= RESOLUTION:
+        return set(images)
+    laps, back = table.laps, returning(table.laps, max_period)
+    ends = {-1: laps.right, 1: laps.left}
+    return {name for name, one in images.items() if back[ends[one.side] == one.border.x].any()}
 
 
 _Seen: TypeAlias = "tuple[float, BreakImages | None]"
@@ -161,6 +173,7 @@ class _Search:
     classes: SymbolClasses
     telling: bool  # labels tell branches apart at both ends
     narrowest: float
+    busy: set[Name]  # all others are compared at the ends alone
     known: dict[Name, BreakImages]  # at the first value: their names hold
     known_there: dict[Name, BreakImages]  # at the last one
     seen: dict[float, dict[Name, BreakImages]] = field(default_factory=dict)  # at others
@@ -174,7 +187,7 @@ class _Search:
             yield from found
             if found or (a.word == b.word and len(a.off) == len(b.off)):
                 return
-        if q - p <= self.narrowest:
+        if q - p <= self.narrowest or name not in self.busy:
             return
         middle = 0.5 * (p + q), self._at(name, 0.5 * (p + q), a or b)
         yield from self.between(name, low, middle)

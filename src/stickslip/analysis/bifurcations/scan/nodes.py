@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.bands import image, merged
 from stickslip.analysis.branches.along.tracked import break_between
+from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.derived import windowed
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
 from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.newton import solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 
 ON_CORNER: Final = 1e-13  # of the domain: a point so close to a corner is on it
+PROBES: Final = 64  # points of each interval whose branches are not told apart
+MARGIN: Final = 0.1  # of what these are mapped to: by more the rest does not exceed it
 REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same values again
 
 
@@ -182,3 +186,30 @@ def velocity(bundle: OrbitBundle, f: MapFamily, name: str) -> Floats:
     if len(bundle):
         rates[bundle.used] = f.parameter_derivative(bundle.points[bundle.used], name)
     return solve_cyclic(bundle.slopes, -rates, bundle.periods)
+
+
+def returns_to_crowd(table: BranchTable, max_period: int) -> bool:
+    """Tell whether orbits up to a period may pass where a table does not tell branches apart."""
+    spots = [(item.lo, item.hi) for item in table.unresolved]
+    spots += [item.interval for item in table.breakpoints if item.quality != "located"]
+    if not spots:
+        return False
+    crowd, width = merged(np.array(spots), 0.0), domain_width(table.f)
+    got = sample(table.f, crowd[:, :1] + np.diff(crowd) * (np.arange(PROBES) + 0.5) / PROBES)
+    known = is_ok(got).any(axis=1)
+    values = np.where(is_ok(got), got.value, np.nan)[known]
+    reach = np.column_stack([np.nanmin(values, axis=1), np.nanmax(values, axis=1)])
+    # Branches that accumulate have the images of those beside them that are not wide either.
+    beside = [
+        sorted((b.value_left, b.value_right))
+        for b in table
+        if np.isin((b.left, b.right), crowd).any() and b.right - b.left < WIDE * width
+    ]
+    reach = np.concatenate([reach, np.array(beside).reshape(-1, 2)])
+    reach += MARGIN * np.diff(reach) * (-1, 1)
+    for _ in range(max_period):
+        reach = merged(reach + RESOLUTION * width * np.array([-1, 1]), 0.0)
+        if ((reach[:, :1] <= crowd[:, 1]) & (reach[:, 1:] >= crowd[:, 0])).any():
+            return True
+        reach, _ = image(table.f, table.laps, reach, RESOLUTION * width)
+    return False

@@ -22,9 +22,9 @@ from stickslip.analysis.bifurcations.scan.near_misses import (
     near_zeros,
     zeros_at_end,
 )
-from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses, returns_to_crowd
 from stickslip.analysis.branches.discontinuities import LONG_MOTIONS
-from stickslip.analysis.branches.mesh import WIDE
+from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
 from stickslip.analysis.branches.table import (
     branch_table,
     resolution_of_lists,
@@ -64,6 +64,7 @@ class Survey(Range):
         self.spans: list[Span] = []
         self.events: list[Event] = []
         self.unresolved: list[UnresolvedChange] = []
+        self.outside: list[UnresolvedChange] = []
         self.grid_nodes: list[Node] = []
         self.curves: tuple[Curve, ...] | None = None  # of all orbits, once they are joined
         self.joining = Lock()  # a diagram and a list may want them at once
@@ -98,23 +99,30 @@ class Survey(Range):
         """Resolve less where breaks accumulate."""
         for q in (values[len(values) // 2], values[0], values[-1]):
             with self.resolved():
-                found = resolution_of_lists(branch_table(self.family.at(q)), self.max_period)
+                table = branch_table(self.family.at(q))
+            found = resolution_of_lists(table, self.max_period)
+            self.crowded |= found > table.resolution
             if found > self.resolution:
                 # Tables that need hardly less than others are the same, and serve the lists, too.
                 self.resolution = min(2.0 ** math.ceil(math.log2(found)), WIDE * self.width)
+            if found > RESOLUTION:
+                self.crowded |= returns_to_crowd(table, self.max_period)
         return self.resolved()
 
     def _tell_crowd(self, nodes: Sequence[Node]) -> None:
         """Say that breaks accumulate, where looks for that were made or between them."""
         self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
-        if self.crowded:
-            open_ = (item.reason for node in nodes for item in node.table.unresolved)
-            why = "motions are long" if LONG_MOTIONS in open_ else "breaks accumulate"
-            reason = (
-                f"{why}: lists are complete above {self.resolution:.2g}, "
-                "and fewer values are looked at"
-            )
-            self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
+        if self.resolution == RESOLUTION:
+            return
+        self.crowded |= any(returns_to_crowd(node.table, self.max_period) for node in nodes)
+        open_ = (item.reason for node in nodes for item in node.table.unresolved)
+        why = "motions are long" if LONG_MOTIONS in open_ else "breaks accumulate"
+        above = f"lists are complete above {self.resolution:.2g}"
+        told, reason = self.unresolved, f"{why}: {above}, and fewer values are looked at"
+        if not self.crowded:
+            told, reason = self.outside, f"outside the question: {why} where no orbit up to period "
+            reason += f"{self.max_period} passes, {above}"
+        told.append(UnresolvedChange(reason, self.lo, self.hi))
 
     def _nodes(self, values: Sequence[float], tell: Callable[[float], None]) -> list[Node]:
         """Make lists at several values."""
@@ -153,7 +161,7 @@ class Survey(Range):
 
     def _explain(self, nodes: list[Node], kept: list[Node]) -> None:
         """Explain what happens between neighbours, all at once; then take what fits together."""
-        whole = Range(self.family, self.lo, self.hi, self.max_period, self.resolution)
+        whole = Range(self.family, self.lo, self.hi, self.max_period, self.resolution, self.crowded)
         explain = partial(between, whole, self._classes, self._at_ends)
         tell = self.work.part(LISTED, 1.0).tell
         found_ahead = in_processes(partial(explain, n_nodes=self.n_nodes), pairwise(nodes), tell)
