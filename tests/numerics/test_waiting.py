@@ -79,6 +79,16 @@ def test_nothing_is_said(caplog, monkeypatch, why):
     assert caplog.messages == []
 
 
+def test_short_calls_share_a_thread(caplog, monkeypatch):
+    monkeypatch.setattr(told, "PATIENCE", AT_MOST)
+    monkeypatch.setattr(told, "REDRAWN", 0.5)
+    before, seen = set(threading.enumerate()), set()
+    for _ in range(100):
+        long_call(lambda: bool(seen.update(threading.enumerate())) or True)
+    assert len(seen - before) == 1
+    assert caplog.messages == []
+
+
 def test_after_an_error_the_next_call_is_told_of(caplog):
     with pytest.raises(ZeroDivisionError):
         long_call(lambda: 1 / 0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import logging
+import os
 import sys
 import threading
 import time
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 LOG: Final = logging.getLogger(__name__)
 PATIENCE: Final = 2.0  # seconds that a call may take without a word
-REDRAWN: Final = 0.5  # seconds from one picture to the next
+REDRAWN: Final = 0.5  # seconds from one picture, or look, to the next
 
 Function = TypeVar("Function", bound="Callable[..., Any]")
 
@@ -30,8 +31,30 @@ class _Watch:
     told = False  # of a call that is not over
     compiled = 0  # kernels, in this process
 
+    def __init__(self) -> None:
+        self.lock, self.looks = threading.Lock(), False  # whether a thread looks at calls
+        self.call: _Wait | None = None
+
+    def look(self) -> None:
+        """Wait for a call that lasts, and show it; end once there is none."""
+        # One thread for many short calls: to start one for each took a quarter of a millisecond.
+        while True:
+            with self.lock:
+                call = self.call
+                left = 0.0 if call is None else call.begun + PATIENCE - time.monotonic()
+                self.looks = left > 0.0
+                if call is not None:
+                    call.shown = not self.looks
+            if not self.looks:
+                break
+            time.sleep(min(left, REDRAWN))
+        if call is not None:
+            call.show()
+
 
 WATCH: Final = _Watch()
+if hasattr(os, "register_at_fork"):  # a fork has none of its parent's threads
+    os.register_at_fork(after_in_child=functools.partial(_Watch.__init__, WATCH))
 
 
 def waits(function: Function) -> Function:
@@ -69,40 +92,50 @@ def waiting(what: str, *, shown: bool = True) -> Iterator[Callable[[float], None
         wait.end()
 
 
-class _Wait(threading.Thread):
-    """Watches a call from a thread of its own."""
+class _Wait:
+    """A call that may last."""
 
     def __init__(self, what: str) -> None:
-        super().__init__(daemon=True)
         self._what, self._share, self._compiled = what, 0.0, WATCH.compiled
-        self._begun, self._over = time.monotonic(), threading.Event()
+        self.begun, self.shown = time.monotonic(), False
+        self._over, self._gone = threading.Event(), threading.Event()
 
     def tell(self, share: SupportsFloat) -> None:
         """Take the share that is done."""
         self._share = float(share)
 
+    def start(self) -> None:
+        """Let the call be looked at."""
+        with WATCH.lock:
+            WATCH.call, starts, WATCH.looks = self, not WATCH.looks, True
+        if starts:
+            threading.Thread(target=WATCH.look, daemon=True).start()
+
     def end(self) -> None:
         """Say no more."""
-        self._over.set()
-        if self.ident is not None:
-            self.join()
+        with WATCH.lock:
+            WATCH.call = None
+        if self.shown:
+            self._over.set()
+            self._gone.wait()
 
-    def run(self) -> None:
+    def show(self) -> None:
         """Show how far the call is until it ends."""
-        if self._over.wait(PATIENCE):
-            return
-        if sys.stderr.isatty():
-            self._on_terminal()
-        elif type(sys.stderr).__module__.startswith("ipykernel"):
-            self._in_notebook()
-        else:
-            self._in_log()
+        try:
+            if sys.stderr.isatty():
+                self._on_terminal()
+            elif type(sys.stderr).__module__.startswith("ipykernel"):
+                self._in_notebook()
+            else:
+                self._in_log()
+        finally:
+            self._gone.set()
 
     def __str__(self) -> str:
         share = f", {self._share:.0%} done" if self._share else ""
         compiled = WATCH.compiled - self._compiled
         kernels = f", kernels compiled: {compiled}" if compiled else ""
-        return f"{self._what}: {time.monotonic() - self._begun:.0f} s{share}{kernels}"
+        return f"{self._what}: {time.monotonic() - self.begun:.0f} s{share}{kernels}"
 
     def _on_terminal(self) -> None:
         from rich.console import Console
@@ -133,5 +166,5 @@ class _Wait(threading.Thread):
         """Write a line after twice as long each time."""
         while True:
             LOG.info("%s", self)
-            if self._over.wait(time.monotonic() - self._begun):
+            if self._over.wait(time.monotonic() - self.begun):
                 return

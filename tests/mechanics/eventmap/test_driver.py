@@ -241,7 +241,7 @@ def loops(n, *, norm=1.0, off=0.0, margin=9.0):
     [
         (0.5, 0.0, 1e-9, LONG + 5),  # it is there
         (0.5, 1e-3, 2.3e-3 * 0.5, LONG + 5),
-        (0.5, 1e-3, 1.9e-3 * 0.5, LONG + 9),  # the next turns, a quarter of the size
+        (0.5, 1e-3, 1.9e-3 * 0.5, LONG + 7),  # the next turn, half of the size
         (0.9, 1e-3, 2.3e-3 * 0.9, LONG + 5),
         (0.9, 1e-3, 2e-5, math.inf),  # too little is left of the events: see below
         (1.0, 0.0, 1e-3, math.inf),  # never: no contraction

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from tests.sizes import sizes
 
+import stickslip as ss
 from stickslip.mechanics.eventmap.loop import Loop, excess, row_norm
+from stickslip.mechanics.flow.engine import engine_for
 
 pytestmark = pytest.mark.kernel
 
@@ -100,3 +102,24 @@ def test_the_norm_bounds_how_far_states_are_carried_apart():
     for n in (1, 2, 5):
         matrix = rng.uniform(-1, 1, (n, n))
         assert row_norm(matrix) == pytest.approx(np.linalg.norm(matrix, math.inf), rel=1e-14)
+
+
+@pytest.mark.parametrize("mode", [(-1, -1), (-1, 0), (0, 1)])
+def test_tangents_of_turns_tell_as_much_as_they_have_to(mode):
+    # They take fewer terms than those of the start, which are the same at a state in flight.
+    engine = engine_for(ss.examples.law9())
+    kernels, work = engine.kernels, engine.new_work()
+    tangents = []
+    for directions in (engine.directions(np.eye(4)), engine.widened(engine.directions(), 4)):
+        motion = engine.new_motion(directions)
+        motion.mode[:] = mode
+        motion.w[:] = 0.3 * np.array(mode)
+        motion.e[:] = (0.2, -0.1)
+        motion.tangent_z[:] = np.eye(4)
+        for _ in range(3):
+            length, _ = kernels.advance(engine.system, engine.laws, motion, work, 1e-15, math.inf)
+            assert length > 0.0
+            assert not motion.event.any()
+        tangents.append(motion.tangent_z)
+    full, short = tangents
+    assert 0.0 < np.abs(short - full).max() < 1e-6 * np.abs(full).max()

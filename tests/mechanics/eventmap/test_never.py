@@ -52,6 +52,16 @@ def test_a_cycle_without_global_stick_is_one():
             settled += 1
 
 
+def test_in_the_gap_of_the_paper_motions_are_known_soon():
+    f = ss.event_map(ss.examples.law9())
+    gap = np.linspace(0.572, 0.666, 40)
+    result = f.evaluate(gap)
+    assert (result.status == NEVER_CYCLE).all()
+    assert np.isnan(result.derivative).all()
+    assert np.median(result.n_events) < 80
+    assert result.n_events.max() < 128
+
+
 def test_steady_sliding_is_proved_where_friction_grows_with_speed():
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=1.0, friction=ss.PoppStelter(0.0, 0.0, 0.2))
     f = ss.event_map(model)

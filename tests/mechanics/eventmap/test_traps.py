@@ -118,12 +118,12 @@ def test_motions_in_a_trap_do_not_return(which):
     told = f.evaluate(d)
     assert set(told.status) == {OK, NEVER_CYCLE}
     late = d[told.status == NEVER_CYCLE]
-    # Asked without the traps, many go on for thousands of events, those on tori without a word.
+    # Asked without the traps, many go on for hundreds of events, those on tori without a word.
     plain = ScalarBackend(model, engine_for(model), Controls(1e-15, 3000, math.inf), 1)
     outputs = plain.room(len(late))
     plain.task(late[:, None], outputs, 3000)(0, len(late))
     assert (outputs.status != OK).all()
-    assert outputs.n_events.max() > 1000 > told.n_events.max()
+    assert outputs.n_events.max() > 5 * told.n_events.max()
     assert outputs.n_events.mean() > 5 * told.n_events[told.status == NEVER_CYCLE].mean()
     for block, *corners in traps_of(model, "taylor", 1e-15):
         points = inside(np.reshape(corners, (-1, 2)), 60, np.random.default_rng(1))

@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 
 # From this many events per block on a motion is watched for a cycle without global stick.
 LONG = 8
+# Up to this many, turns that contract are tested one after the other: most motions settle so.
+EAGER = 64
 # Steps without an event after which a motion on a section is given up.
 MAX_QUIET = 20_000
 # Steps on which no relative velocity changes any more, after which the motion slides steadily.
@@ -250,18 +252,20 @@ def follow(
             break
         if n_events < LONG * n:
             continue
+        gap, goes_on = distance(current, saved) if kept > 0 else math.inf, False
         if looping:
             growth = max(growth, row_norm(current.tangent_z[:, n_columns:]))
             if n_events < turn_ends:
                 continue
             times = math.inf
-            if distance(current, saved) < math.inf:
+            if gap < math.inf:
                 write_turn(current, saved, n_columns, loop)
                 times = excess(loop, work.margin[0] / growth)
             if times < 1.0:
                 status = NEVER_CYCLE
                 break
-            if times > 4.0:
+            goes_on = times < math.inf and n_events < EAGER * n
+            if times > 4.0 and not goes_on:
                 near *= 0.5
             if lighten and n_columns > 0 and times < math.inf:
                 motion, long_motion, n_columns = light, long_light, 0
@@ -269,18 +273,17 @@ def follow(
             current, looping = motion, False
             work.watch[0] = watching
             next_look = n_events
-        elif kept > 0:
-            gap = distance(current, saved)
-            if gap < near:
-                write_shift(current, saved, loop.earlier)
-                turn_ends, near, growth = 2 * n_events - kept, gap, 1.0
-                span = max(n_events - kept, LONG * n // 4)
-                copy_motion(motion, long_motion)
-                current, looping = long_motion, True
-                start_loop_tangent(system, current, n_columns, loop.earlier)
-                copy_motion(current, saved)
-                earlier_margin = min(earlier_margin, work.margin[0])
-                work.margin[0], work.watch[0] = math.inf, 1.0
+        if goes_on or gap < near:  # this turn is the first of two
+            write_shift(current, saved, loop.earlier)
+            turn_ends, near, growth = 2 * n_events - kept, min(near, gap), 1.0
+            span = max(n_events - kept, LONG * n // 4)
+            copy_motion(motion, long_motion)
+            current, looping = long_motion, True
+            start_loop_tangent(system, current, n_columns, loop.earlier)
+            copy_motion(current, saved)
+            kept = n_events
+            earlier_margin = min(earlier_margin, work.margin[0])
+            work.margin[0], work.watch[0] = math.inf, 1.0
         if n_events >= next_look and not looping and begins_slip(current):
             copy_motion(current, saved)
             kept, next_look = n_events, n_events + span

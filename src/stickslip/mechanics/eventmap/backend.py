@@ -110,10 +110,10 @@ class ScalarBackend:
 
     def itinerary(self, d: float | list[float]) -> str:
         """Modes of each phase, as text."""
-        length = 64
+        length, held = 64, self._local.__dict__
+        outputs: Outputs = held["told"] if "told" in held else held.setdefault("told", self.room(1))
         while True:
             modes = np.zeros((length, self.model.n_blocks), dtype=np.int8)
-            outputs = self.room(1)
             self.run(np.array(d, ndmin=2), outputs, itinerary=modes)
             n_events = int(outputs.n_events[0])
             if n_events < length:
@@ -197,11 +197,13 @@ class ScalarBackend:
         first = LONG if self.has_traps and self.engine.is_pair and most > LONG else most
         task = self.task(points, outputs, first, directions, watch, section, itinerary)
         self._launch(task, len(points), outputs.value.shape[1])
+        if first == most or not np.count_nonzero(outputs.status):
+            return
         # Steps without an event are counted, too: EVENT_LIMIT, or TIME_LIMIT before the time.
         late = (outputs.status == EVENT_LIMIT) & (outputs.n_events < most)
         late |= (outputs.status == TIME_LIMIT) & (outputs.duration <= most_time)
         (rows,) = late.nonzero()
-        if rows.size == 0 or first == most:
+        if rows.size == 0:
             return
         from stickslip.mechanics.eventmap.traps import traps_of  # seldom asked
 

@@ -264,6 +264,8 @@ class ModelMap:
             ``"-. -- .- .."``: one character per block and phase (``.`` stick, ``-`` backward,
             ``+`` forward). A motion without return ends with its last phase.
         """
+        if isinstance(d, float) and self._low <= d <= self._high:
+            return self._backend.itinerary(d)
         points, rows = self._admitted(d)
         texts = [self._backend.itinerary(row) for row in rows.tolist()]
         shape = points.shape[: points.ndim - len(self._cell)]

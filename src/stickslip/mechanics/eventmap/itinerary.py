@@ -54,9 +54,11 @@ def all_have(motion: Motion | BlockMotion, mode: int) -> bool:
     return True
 
 
-SYMBOLS = "-.+"
+SYMBOLS = b"-.+"
 
 
 def itinerary_text(modes: NDArray[np.int8]) -> str:
     """Write rows of modes as ``"-. -- .- .."``: backward, stick, forward."""
-    return " ".join("".join(SYMBOLS[mode + 1] for mode in row) for row in modes.tolist())
+    n = modes.shape[1]
+    text = (modes + 1).tobytes().translate(SYMBOLS + bytes(253)).decode()
+    return " ".join([text[k : k + n] for k in range(0, len(text), n)])

@@ -315,7 +315,8 @@ class PoolBackend(BatchBackend):
 
     def __init__(self, scalar: ScalarBackend, numbers: Floats, series: LawSeries) -> None:
         super().__init__(scalar)
-        self.numbers, self.series = numbers, series
+        self.series = series
+        self._numbers: dict[str | None, Floats] = {None: numbers, START: numbers}
         self.damped = bool(numbers[0, DAMP:DRIFT].any())
 
     def value(self, d: float) -> float:
@@ -381,7 +382,7 @@ class PoolBackend(BatchBackend):
         if not all(map(is_constant, laws)):
             return None
         mu = self.scalar.engine.laws[:, STATIC_COLUMN].tolist()
-        found = coulomb_pair(plant, self.numbers[0], mu)
+        found = coulomb_pair(plant, self._numbers[None][0], mu)
         return found and Lanes(*found, self.scalar.controls.max_events)
 
     @cached_property
@@ -389,7 +390,7 @@ class PoolBackend(BatchBackend):
         """The same with all parameters of the law, those that are zero too."""
         series = law_series(self.scalar.model.laws, whole=True)
         assert series is not None
-        return PoolBackend(self.scalar, self.numbers, series)
+        return PoolBackend(self.scalar, self._numbers[None], series)
 
     @cached_property
     def _steps(self) -> ModuleType:
@@ -428,11 +429,12 @@ class PoolBackend(BatchBackend):
                 changes[block][own_name] = 1.0
             rows = self.series.rows(model.laws, changes)
             held[along] = new_pools(int(along is not None), rows, self._steps.SIZE)
-        pools = held[along]
-        pools.numbers[:] = self.numbers
-        if along and along in model.numbers:
-            pools.numbers[:] += pair_changes(model.moved_plant(along))
-        return pools
+        known = self._numbers
+        if along not in known:
+            moved = pair_changes(model.moved_plant(along)) if along in model.numbers else 0.0
+            known[along] = known[None] + moved
+        held[along].numbers[:] = known[along]
+        return held[along]
 
     @cached_property
     def _local(self) -> threading.local:

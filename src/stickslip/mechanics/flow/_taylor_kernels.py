@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     )
 
 ORDER = 22
+# Of tangents that only tell whether turns contract (`eventmap.loop`): to 8 digits and more.
+LOOP_ORDER = 8
 # No step is longer: a Taylor polynomial that happens to end early says nothing beyond.
 LONGEST_STEP = 1.0
 # What is left of a step to its event is a rounding of its length; at a touch it is not.
@@ -272,20 +274,25 @@ def step_length(motion: Motion, work: TaylorWork, rtol: float) -> float:
 def tangents(system: System, laws: Floats, motion: Motion, work: TaylorWork, h: float) -> None:
     """Carry every tangent column over the step by its own Taylor series."""
     varied = varies_laws(motion)
+    most = 0
+    for column in range(motion.directions.shape[0]):
+        most = max(most, order_of(motion, column))
     for block in range(2):
         mode = motion.mode[block]
         if mode != 0:
-            work.rows[block, 0, ORDER] = mode * work.w[block, ORDER]
             row = piece_row(laws, block, mode * motion.w[block])
-            series(laws[row], mode, work.rows[block], ORDER)
-            series_tangent(laws[row], mode, work.rows[block], ORDER, varied)
+            if most == ORDER:
+                work.rows[block, 0, ORDER] = mode * work.w[block, ORDER]
+                series(laws[row], mode, work.rows[block], ORDER)
+            series_tangent(laws[row], mode, work.rows[block], most, varied)
     for column in range(motion.directions.shape[0]):
-        if is_still(motion, column):
+        order = order_of(motion, column)
+        if order == 0:
             continue
-        tangent_series(system, motion, work, column)
+        tangent_series(system, motion, work, column, order, varied)
         for block in range(2):
-            motion.tangent_w[block, column] = value(work.d_w[block], h)
-            motion.tangent_e[block, column] = value(work.d_e[block], h)
+            motion.tangent_w[block, column] = value(work.d_w[block, : order + 1], h)
+            motion.tangent_e[block, column] = value(work.d_e[block, : order + 1], h)
 
 
 @kernel(inline=True)
@@ -299,18 +306,21 @@ def varies_laws(motion: Motion) -> bool:
 
 
 @kernel(inline=True)
-def is_still(motion: Motion, column: int) -> bool:
-    """Whether nothing changes in a direction: of a loop, those that its section has not."""
-    change = 0.0
-    for j in range(4):
-        change += abs(motion.tangent_z[j, column])
+def order_of(motion: Motion, column: int) -> int:
+    """Order of a tangent's series; 0 if nothing changes: of a loop, what its section has not."""
     for k in range(motion.directions.shape[1]):
-        change += abs(motion.directions[column, k])
-    return change == 0.0
+        if motion.directions[column, k] != 0.0:
+            return ORDER
+    for j in range(4):
+        if motion.tangent_z[j, column] != 0.0:
+            return LOOP_ORDER
+    return 0
 
 
 @kernel
-def tangent_series(system: System, motion: Motion, work: TaylorWork, column: int) -> None:
+def tangent_series(
+    system: System, motion: Motion, work: TaylorWork, column: int, order: int, varied: bool
+) -> None:
     """Series of one tangent column: the linearised equations, driven by its direction."""
     d_w, d_e = work.d_w, work.d_e
     direction = motion.directions[column]
@@ -318,10 +328,10 @@ def tangent_series(system: System, motion: Motion, work: TaylorWork, column: int
         d_w[block] = 0.0
         d_w[block, 0] = motion.tangent_w[block, column]
         d_e[block, 0] = motion.tangent_e[block, column]
-    for k in range(ORDER):
+    for k in range(order):
         for block in range(2):
             if motion.mode[block] != 0:
-                pull = friction_tangent(system, motion, work, direction, block, k)
+                pull = friction_tangent(system, motion, work, direction, block, k, varied)
                 d_w[block, k + 1] = (pull - d_e[block, k]) / (k + 1)
         d_drive = direction[VELOCITY] if k == 0 else 0.0
         for block in range(2):
@@ -332,7 +342,13 @@ def tangent_series(system: System, motion: Motion, work: TaylorWork, column: int
 
 @kernel
 def friction_tangent(
-    system: System, motion: Motion, work: TaylorWork, direction: Floats, block: int, k: int
+    system: System,
+    motion: Motion,
+    work: TaylorWork,
+    direction: Floats,
+    block: int,
+    k: int,
+    varied: bool,
 ) -> float:
     """Give coefficient k of the derivative of the force -mode limit F(mode w; parameters)."""
     mode = motion.mode[block]
@@ -341,7 +357,7 @@ def friction_tangent(
     for i in range(k):  # upwards: only the last term waits for the newest coefficient
         changed += rows[SLOPE_ROW, k - i] * work.d_w[block, i]
     changed = mode * (changed + rows[SLOPE_ROW, 0] * work.d_w[block, k])
-    n = law_parameters(motion)
+    n = law_parameters(motion) if varied else 0
     for j in range(n):
         d_parameter = direction[LAWS + block * n + j]
         if d_parameter != 0.0:
