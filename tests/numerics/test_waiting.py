@@ -82,6 +82,8 @@ def test_nothing_is_said(caplog, monkeypatch, why):
 def test_short_calls_share_a_thread(caplog, monkeypatch):
     monkeypatch.setattr(told, "PATIENCE", AT_MOST)
     monkeypatch.setattr(told, "REDRAWN", 0.5)
+    while told.WATCH.looks:  # at calls of other tests
+        time.sleep(0.01)
     before, seen = set(threading.enumerate()), set()
     for _ in range(100):
         long_call(lambda: bool(seen.update(threading.enumerate())) or True)
