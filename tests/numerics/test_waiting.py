@@ -87,7 +87,7 @@ def test_short_calls_share_a_thread(caplog, monkeypatch):
     before, seen = set(threading.enumerate()), set()
     for _ in range(100):
         long_call(lambda: bool(seen.update(threading.enumerate())) or True)
-    assert len(seen - before) == 1
+    assert len(seen - before) <= 1  # none, if one still looks
     assert caplog.messages == []
 
 
