@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 # From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
 # steps, which are smaller there, grow more than those of the start.
-LONG = 16
+LONG = 40
 # Pools by which block rides: one of them, or none. Its row of numbers is in the order of blocks.
 BOTH_SLIP = 2
 # A force nearer its limit, in units of EPSILON times the terms that make it up, is a tie.
