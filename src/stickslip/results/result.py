@@ -42,8 +42,8 @@ class Result:
     orbit  period  kind      multiplier  point             d            error  itinerary
         1       1  unstable         3.3      1             0  3.861645303e-16  0
         2       1  unstable        -1.3      1   0.696969697  4.440892099e-16  0
-        3       2  stable         -0.29      1  0.4794270198  2.664535259e-15  0
-        3       2  stable         -0.29      2  0.8236032832  9.992007222e-16  0
+        3       2  stable         -0.29      1  0.4794270198  2.331468352e-15  0
+        3       2  stable         -0.29      2  0.8236032832  8.881784197e-16  0
     """
 
     _column_names: ClassVar[tuple[str, ...]] = ()
