@@ -16,7 +16,7 @@ from typing import Final
 
 SLICE: Final = 0.02  # seconds of work after which others get their turn
 OVERDUE: Final = 0.1  # seconds of work after which a slot that others wait for is taken back
-REPORTED: Final = 0.2  # seconds between two reports of progress
+REPORTED: Final = 0.5  # seconds between two reports of progress
 CREDIT: Final = 0.5  # seconds of work by which a client that comes anew is ahead of others
 
 _current: ContextVar[Job | None] = ContextVar("job", default=None)  # of its helping threads, too

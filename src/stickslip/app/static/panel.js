@@ -64,7 +64,7 @@ export class Panel {
   /** Show the state of the answer; what lasts a moment shows nothing. @param {Standing} [standing] */
   stand(standing) {
     const { kind, reason, progress } = standing ?? { kind: "empty", reason: "", progress: null };
-    this.section.dataset.state = kind;
+    if (this.section.dataset.state !== kind) this.section.dataset.state = kind;
     const label = LABELS[kind] ? [LABELS[kind], reason].filter(Boolean).join(": ") : "";
     if (this.badge.title !== label) {
       this.badge.title = label;
