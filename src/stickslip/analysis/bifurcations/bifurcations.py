@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from operator import call
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
+Jobs: TypeAlias = "dict[float, Callable[[], ParameterPoint | UnresolvedChange]]"  # by the value
 
 N_LISTS: Final = 24
 HALF: Final = 0.5  # share of the work that the survey is, roughly
@@ -248,10 +250,6 @@ def _stable_near(curves: Iterable[Curve], q: float) -> list[Floats]:
     return found
 
 
-def _done(job: Callable[[], Any]) -> Any:
-    return job()
-
-
 class _Report:
     """A survey turned into a list of bifurcations."""
 
@@ -285,7 +283,9 @@ class _Report:
         self.accumulations = [chain.accumulation for chain in chains]
         items, breaks = [*found, *later], list(self.values)
         self.values += [item.value for item in later]
-        crises_found = self._search(lambda: self._crises(breaks, items, chains), "the crises")
+        crises_found = self._search(
+            lambda: self._crises(breaks, self._looks_beside(items, 1.0, chains)), "the crises"
+        )
         self.values += [item.value for item in crises_found]
         full = self._search(lambda: self._with_attractors(items, chains), "attractors") or items
         ends = [end for curve in curves for end in curve.ends]
@@ -297,7 +297,7 @@ class _Report:
         if again := [[a, b] for a, b in ends_of if a and b]:
             more = self._search(
                 lambda: [
-                    item for pair in again for item in self._crises_between(pair, self.values)
+                    item for pair in again for item in self._crises_between(pair, self.values, {})
                 ],
                 "the crises",
             )
@@ -374,7 +374,7 @@ class _Report:
         """Add the attractors at a share of the way to what is next; look beyond cascades, too."""
         jobs = self._looks_beside(items, share, chains)
         rest = {q: job for q, job in jobs.items() if q not in self.ahead}
-        more = in_processes(_done, rest.values(), self.work.part(0.8, 0.9).tell)
+        more = in_processes(call, rest.values(), self.work.part(0.8, 0.9).tell)
         self.ahead |= zip(rest, more, strict=True)
         for q in jobs:
             found = self.ahead[q]
@@ -392,7 +392,7 @@ class _Report:
 
     def _looks_beside(
         self, items: list[Bifurcation], share: float, chains: Iterable[Cascade]
-    ) -> dict[float, Callable[[], ParameterPoint | UnresolvedChange]]:
+    ) -> Jobs:
         """Return the looks at what is beside bifurcations and beyond cascades, by the value."""
         survey, curves = self.survey, self.survey.curves or ()
         places = {q for item in items for q in self._sides(item.value, share)}
@@ -416,31 +416,25 @@ class _Report:
     def _looked_at(self, points: Iterable[ParameterPoint]) -> None:
         self.looks |= {point.value: point for point in points}
 
-    def _crises(
-        self, breaks: list[float], items: list[Bifurcation], chains: list[Cascade]
-    ) -> list[Bifurcation]:
+    def _crises(self, breaks: list[float], looks: Jobs) -> list[Bifurcation]:
         """Find crises between the values of the grid."""
         survey, at = self.survey, self.survey.family.at
         tell = self.work.part(0.65, 0.7).tell
         grid = list(in_processes(partial(_at_node, at), survey.grid_nodes, tell))
         self._looked_at(grid)
-        jobs = self._looks_beside(items, 1.0, chains)
-        return self._crises_between(grid, breaks, jobs)
+        return self._crises_between(grid, breaks, looks)
 
     def _crises_between(
-        self,
-        grid: Sequence[ParameterPoint],
-        breaks: list[float],
-        looks: dict[float, Callable[[], ParameterPoint | UnresolvedChange]] | None = None,
+        self, grid: Sequence[ParameterPoint], breaks: list[float], looks: Jobs
     ) -> list[Bifurcation]:
         """Find crises between values; most come from few intervals: look elsewhere meanwhile."""
         survey, tell = self.survey, self.work.part(0.7, 0.8).tell
         most = LOOKS // 16 if survey.crowded else LOOKS
         search = CrisisSearch(survey.family.at, grid, breaks, survey.max_period, looks=most)
-        jobs, ahead = search.parts(), looks or {}
-        results = in_processes(_done, [*jobs, *ahead.values()], tell)
-        found = search.joined(islice(results, len(jobs)))
-        self.ahead |= zip(ahead, results, strict=True)
+        parts = search.parts()
+        results: Iterator[Any] = in_processes(call, [*parts, *looks.values()], tell)
+        found = search.joined(islice(results, len(parts)))
+        self.ahead |= zip(looks, results, strict=True)
         self.unresolved += [unexplained(*pair) for pair in found.left_open]
         self.outside += [too_close(*pair) for pair in found.too_close]
         self.between += found.looks

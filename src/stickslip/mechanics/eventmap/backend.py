@@ -111,7 +111,9 @@ class ScalarBackend:
     def itinerary(self, d: float | list[float]) -> str:
         """Modes of each phase, as text."""
         length, held = 64, self._local.__dict__
-        outputs: Outputs = held["told"] if "told" in held else held.setdefault("told", self.room(1))
+        outputs: Outputs | None = held.get("told")
+        if outputs is None:
+            outputs = held["told"] = self.room(1)
         while True:
             modes = np.zeros((length, self.model.n_blocks), dtype=np.int8)
             self.run(np.array(d, ndmin=2), outputs, itinerary=modes)

@@ -54,11 +54,11 @@ def all_have(motion: Motion | BlockMotion, mode: int) -> bool:
     return True
 
 
-SYMBOLS = b"-.+"
+SYMBOLS = b"-.+" + bytes(253)  # of modes, from -1 on
 
 
 def itinerary_text(modes: NDArray[np.int8]) -> str:
     """Write rows of modes as ``"-. -- .- .."``: backward, stick, forward."""
     n = modes.shape[1]
-    text = (modes + 1).tobytes().translate(SYMBOLS + bytes(253)).decode()
+    text = (modes + 1).tobytes().translate(SYMBOLS).decode()
     return " ".join([text[k : k + n] for k in range(0, len(text), n)])

@@ -105,8 +105,8 @@ class Survey(Range):
             if found > self.resolution:
                 # Tables that need hardly less than others are the same, and serve the lists, too.
                 self.resolution = min(2.0 ** math.ceil(math.log2(found)), WIDE * self.width)
-            if found > RESOLUTION:
-                self.crowded |= returns_to_crowd(table, self.max_period)
+            if found > RESOLUTION and not self.crowded:
+                self.crowded = returns_to_crowd(table, self.max_period)
         return self.resolved()
 
     def _tell_crowd(self, nodes: Sequence[Node]) -> None:
@@ -114,7 +114,8 @@ class Survey(Range):
         self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
         if self.resolution == RESOLUTION:
             return
-        self.crowded |= any(returns_to_crowd(node.table, self.max_period) for node in nodes)
+        returning = (returns_to_crowd(node.table, self.max_period) for node in nodes)
+        self.crowded = self.crowded or any(returning)
         open_ = (item.reason for node in nodes for item in node.table.unresolved)
         why = "motions are long" if LONG_MOTIONS in open_ else "breaks accumulate"
         above = f"lists are complete above {self.resolution:.2g}"
