@@ -173,6 +173,40 @@ def test_bands_of_the_logistic_map(r, bands):
     assert found.lyapunov.value > 5 * found.lyapunov.error
 
 
+def weak(slope, shift):
+    """Stretch by little, and cut: the fractional part of slope * x + shift."""
+    cut = (1 - shift) / slope
+    return PiecewiseMap(
+        lambda x: slope * x + shift - (x >= cut),
+        (-0.5, 1.5),
+        derivative=lambda x: np.full_like(x, slope),
+        breakpoints=[cut],
+    )
+
+
+@pytest.mark.parametrize(("slope", "period"), [(1.01, 64), (1.02, 32), (1.05, 8), (1.3, 2)])
+def test_bands_of_a_symmetric_map_that_stretches_little(slope, period):
+    # Its power 2 near the middle is such a map again while the square of its slope is at most 2.
+    (found,) = attractors(weak(slope, 1 - slope / 2))
+    assert (found.kind, found.period) == ("chaotic", period)
+    assert len(found.bands) == 2 * period - 1  # the set about the middle alone is in one piece
+    assert found.bands == pytest.approx(1 - found.bands[::-1, ::-1], abs=EDGE)
+    assert float(found.lyapunov) == pytest.approx(np.log(slope), abs=1e-9)
+
+
+@tries(4, 40)
+@given(slope=st.floats(1.003, 1.4), part=st.floats(0.05, 0.95))
+@example(slope=1.02, part=0.6725)  # three sets, of four bands
+def test_maps_that_stretch_little_visit_their_bands_in_turn(slope, part):
+    f = weak(slope, part * (2 - slope))  # from [0, 1] to itself
+    (found,) = attractors(f)  # a map that expands has no other (Lasota and Yorke)
+    assert found.kind == "chaotic"
+    orbit = f.iterate(found.point, 40 * found.period - 1)
+    turns = np.searchsorted(found.bands[:, 0], orbit + EDGE).reshape(-1, found.period)
+    sets = [set(turn) for turn in turns.T]
+    assert sum(map(len, sets)) == len(set.union(*sets))
+
+
 def test_exponent_of_the_full_logistic_map():
     (found,) = attractors(logistic(4.0))
     value, error = found.lyapunov

@@ -1,10 +1,13 @@
 """Images of intervals under a piecewise-monotone map, and the bands of chaotic attractors.
 
 A short interval in a chaotic attractor grows until it fills the bands; in a transient it does not.
+Where a map stretches little and cuts what it stretches, the images may for very long cover no band
+at once; what all of them cover together stops growing soon.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -92,17 +95,12 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
     current = np.array([interval], dtype=np.float64)
     past: list[Floats] = []
     sizes, first = np.zeros((2, MAX_STEPS))  # two numbers tell most sets apart at little cost
-    reason = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
     for n in range(MAX_STEPS):
         past.append(current)
         sizes[n], first[n] = len(current), current[0, 0]
         current, lost = image(f, laps, current, slack)
-        if lost or len(current) == 0:
-            reason = "the images of an interval around the orbit reach a gap"
-            break
-        if len(current) > MAX_INTERVALS:
-            reason = f"more than {MAX_INTERVALS} bands"
-            break
+        if reason := _fault(current, lost):
+            return Bands(current, 0, np.inf, (), reason)
         alike = (sizes == len(current)) & (np.abs(first - current[0, 0]) <= slack)
         alike[: max(n + 1 - MAX_PERIOD, 0)] = False
         for k in np.flatnonzero(alike)[::-1]:
@@ -112,7 +110,54 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
                 # Each edge is the image of another one, or of an end of a lap.
                 intervals, sources = _explain(f, laps, union, parts.size)
                 return _described(f, laps, intervals, sources, len(past) - int(k), slack)
-    return Bands(current, 0, np.inf, (), reason)
+    return _filled(f, laps, current, slack)
+
+
+def _filled(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> Bands:
+    """Join intervals with their images until these add nothing: the bands, if they return there."""
+    union = fresh = intervals
+    for _ in range(MAX_STEPS):
+        images, lost = image(f, laps, fresh, slack)
+        if reason := _fault(union, lost):
+            return Bands(union, 0, np.inf, (), reason)
+        fresh = _outside(union, images, slack)
+        if not len(fresh):
+            intervals, sources = _explain(
+                f, laps, merged(union, APART * domain_width(f)), union.size
+            )
+            return _described(f, laps, intervals, sources, _turns(f, laps, intervals, slack), slack)
+        union = merged(np.concatenate([union, fresh]), slack)
+    reason = f"an interval of the orbit was still growing after {2 * MAX_STEPS} steps"
+    return Bands(union, 0, np.inf, (), reason)
+
+
+def _fault(intervals: Floats, lost: bool) -> str:
+    if lost or len(intervals) == 0:
+        return "the images of an interval around the orbit reach a gap"
+    return f"more than {MAX_INTERVALS} bands" if len(intervals) > MAX_INTERVALS else ""
+
+
+def _outside(known: Floats, intervals: Floats, slack: float) -> Floats:
+    """Cut what is known out of intervals; both are disjoint and sorted."""
+    between = np.concatenate([[-np.inf], known.ravel(), [np.inf]]).reshape(-1, 2)
+    low = np.maximum(intervals[:, :1], between[:, 0])
+    high = np.minimum(intervals[:, 1:], between[:, 1])
+    there = high - low > slack
+    return np.column_stack([low[there], high[there]])
+
+
+def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> int:
+    """Return the greatest common divisor of the lengths of all ways from a band back to itself."""
+    steps, waiting, divisor = {0: 0}, [0], 0
+    for k in waiting:
+        images, _ = image(f, laps, bands[k : k + 1], slack)
+        low, high = np.maximum(images[:, :1], bands[:, 0]), np.minimum(images[:, 1:], bands[:, 1])
+        for j in np.flatnonzero(np.any(high - low > slack, axis=0)).tolist():
+            if j not in steps:
+                steps[j] = steps[k] + 1
+                waiting.append(j)
+            divisor = math.gcd(divisor, steps[k] + 1 - steps[j])
+    return divisor
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
