@@ -249,21 +249,24 @@ class _Search:
         if right.value > left.value and (changes(left, right) or self._windows(left, right)):
             heappush(self.waiting, (left.value - right.value, left.value, left, right))
 
-    def _windows(self, left: ParameterPoint, right: ParameterPoint) -> bool:
-        """Whether a stable cycle of long period may stand for chaos between, which no end shows."""
+    def _windows(self, left: ParameterPoint, right: ParameterPoint) -> list[int]:
+        """List periods of stable long cycles that may stand for chaos between, which no end shows."""
         one, two = ({a.period for a in p.attractors if a.kind == "periodic"} for p in (left, right))
-        return any(
-            period > self.max_period
-            and not any(_is_of_doublings(ratio_of(period, other)) for other in others)
+        return [
+            period
             for periods, others in ((one, two), (two, one))
             for period in periods - others
-        )
+            if period > self.max_period
+            and not any(_is_of_doublings(ratio_of(period, other)) for other in others)
+        ]
 
     def _explain(self, left: ParameterPoint, right: ParameterPoint, smallest: float) -> None:
         """Find the event that comes first, or cut the interval in two."""
         seen = changes(left, right)
         width = right.value - left.value
-        narrow = width <= smallest * min(map(self._worth, seen), default=LONG_WINDOW)
+        worths = [self._worth(change) for change in seen]
+        worths += [self._worth_of_window(period) for period in self._windows(left, right)]
+        narrow = width <= smallest * min(worths)
         for change in seen:
             event = self._event(change, BESIDE * width, narrow)
             if event is None:
@@ -318,6 +321,10 @@ class _Search:
         if change.attractor.period > MOST_BANDS or self._in_long_window(change.ratio):
             return UNLIKELY
         return 1.0
+
+    def _worth_of_window(self, period: int) -> float:
+        """Say the same where a cycle alone hints at chaos: it may end a cascade that is asked for."""
+        return 1.0 if period // (period & -period) <= self.max_period else LONG_WINDOW
 
     def _in_long_window(self, ratio: Fraction) -> bool:
         """Whether periods of a ratio are those of chaos and of a window in it, of many turns."""
