@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 SAME: Final = 1e-12  # of the domain's width: intervals closer than this touch, edges agree
 APART: Final = 1e-9  # ...: bands closer than this are one; a stand-in of a map knows no better
 EXPLAINED: Final = 1e-9  # ...: how well an image must meet an edge
-MAX_STEPS: Final = 2000
+ALONE: Final = 256  # images of an interval before they are joined
+MAX_STEPS: Final = 2000  # from then on
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
 UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
@@ -94,8 +95,8 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
     slack = SAME * domain_width(f)
     current = np.array([interval], dtype=np.float64)
     past: list[Floats] = []
-    sizes, first = np.zeros((2, MAX_STEPS))  # two numbers tell most sets apart at little cost
-    for n in range(MAX_STEPS):
+    sizes, first = np.zeros((2, ALONE))  # two numbers tell most sets apart at little cost
+    for n in range(ALONE):
         past.append(current)
         sizes[n], first[n] = len(current), current[0, 0]
         current, lost = image(f, laps, current, slack)
@@ -104,31 +105,36 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
         alike = (sizes == len(current)) & (np.abs(first - current[0, 0]) <= slack)
         alike[: max(n + 1 - MAX_PERIOD, 0)] = False
         for k in np.flatnonzero(alike)[::-1]:
-            if np.all(np.abs(past[k] - current) <= slack):
+            if _alike(past[k], current, slack):
                 parts = np.concatenate(past[k:])
                 union = merged(parts, APART * domain_width(f))
                 # Each edge is the image of another one, or of an end of a lap.
                 intervals, sources = _explain(f, laps, union, parts.size)
                 return _described(f, laps, intervals, sources, len(past) - int(k), slack)
-    return _filled(f, laps, current, slack)
+    return _joined(f, laps, current, slack)
 
 
-def _filled(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> Bands:
-    """Join intervals with their images until these add nothing: the bands, if they return there."""
-    union = fresh = intervals
+def _joined(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> Bands:
+    """Join intervals with all their images, then map the whole until it stays: the bands."""
+    union, fresh = intervals, intervals
     for _ in range(MAX_STEPS):
+        whole = fresh is union
         images, lost = image(f, laps, fresh, slack)
         if reason := _fault(union, lost):
             return Bands(union, 0, np.inf, (), reason)
-        fresh = _outside(union, images, slack)
-        if not len(fresh):
-            intervals, sources = _explain(
-                f, laps, merged(union, APART * domain_width(f)), union.size
-            )
-            return _described(f, laps, intervals, sources, _turns(f, laps, intervals, slack), slack)
-        union = merged(np.concatenate([union, fresh]), slack)
-    reason = f"an interval of the orbit was still growing after {2 * MAX_STEPS} steps"
+        if len(fresh := _outside(union, images, slack)):
+            union = merged(np.concatenate([union, fresh]), slack)
+        elif whole and _alike(images, union, slack):
+            edges, sources = _explain(f, laps, merged(union, APART * domain_width(f)), union.size)
+            return _described(f, laps, edges, sources, _turns(f, laps, edges, slack), slack)
+        else:  # what only leads to the bands is left behind
+            union = fresh = images if whole else union
+    reason = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
     return Bands(union, 0, np.inf, (), reason)
+
+
+def _alike(some: Floats, others: Floats, slack: float) -> bool:
+    return some.shape == others.shape and bool(np.all(np.abs(some - others) <= slack))
 
 
 def _fault(intervals: Floats, lost: bool) -> str:

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeVar
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.bifurcations.scan.events import in_the_middle
@@ -31,6 +31,9 @@ class Look:
     value: float
     attractors: Any  # a sequence, each with a kind, a period, and the orbit of a cycle
     quick: bool = field(default=False, kw_only=True)
+
+
+LookT = TypeVar("LookT", bound=Look)
 
 
 def _sorts_of(look: Look) -> Counter[Sort]:
@@ -53,10 +56,7 @@ def _cycles_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -
 
 def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
     """Whether chaos comes or goes in a way that longer cycles and their chaos do not explain."""
-    asked = [
-        Counter({sort: n for sort, n in sorts.items() if _is_asked_chaos(sort, max_period)})
-        for sorts in (here, there)
-    ]
+    asked = [_asked_chaos(sorts, max_period) for sorts in (here, there)]
     more, fewer = (here, there) if asked[0].total() >= asked[1].total() else (there, here)
     # What else is new where chaos is missing may be a window of it; what is undecided may be it.
     new = fewer - Counter({sort: n for sort, n in more.items() if sort[0] != "undecided"})
@@ -66,6 +66,10 @@ def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -
         if _beyond(sort, max_period) and not _is_asked_chaos(sort, max_period)
     )
     return abs(asked[0].total() - asked[1].total()) > others
+
+
+def _asked_chaos(sorts: Counter[Sort], max_period: int) -> Counter[Sort]:
+    return Counter({sort: n for sort, n in sorts.items() if _is_asked_chaos(sort, max_period)})
 
 
 def _is_asked_chaos(sort: Sort, max_period: int) -> bool:
@@ -111,6 +115,20 @@ def accounted(
             if beyond:
                 parts.append((lo, hi, beyond))
     return unresolved, [_outside(part) for part in _joined(parts)]
+
+
+def unlike(
+    looks: Iterable[LookT], listed: Iterable[float], max_period: int
+) -> list[tuple[LookT, LookT]]:
+    """List neighbouring looks at chaos in other numbers of bands with nothing listed between."""
+    values = sorted(value for value in listed if not math.isnan(value))
+    seen = sorted(looks, key=lambda look: look.value)
+    return [
+        (left, right)
+        for left, right in pairwise(seen)
+        if bisect(values, right.value) == bisect(values, left.value)
+        and _asked_chaos(_sorts_of(left), max_period) != _asked_chaos(_sorts_of(right), max_period)
+    ]
 
 
 def unexplained(left: Look, right: Look) -> UnresolvedChange:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from itertools import islice
+from itertools import islice, pairwise
 from operator import call
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.accounting import Look, accounted, too_close, unexplained
+from stickslip.analysis.bifurcations.accounting import (
+    Look,
+    accounted,
+    too_close,
+    unexplained,
+    unlike,
+)
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -22,7 +28,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 from stickslip.analysis.bifurcations.cascades import cascades
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
-from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch
+from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
 from stickslip.analysis.bifurcations.explain import (
     Concerned,
     concerned_orbits,
@@ -291,19 +297,13 @@ class _Report:
         ends = [end for curve in curves for end in curve.ends]
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
         aside = [*self.accumulations, *left]
-        unaccounted, outside = self._accounted(aside)
         # Chaos that is seen beside an event only lies between no two values of the grid.
-        ends_of = ((self.looks.get(item.lo), self.looks.get(item.hi)) for item in unaccounted)
-        if again := [[a, b] for a, b in ends_of if a and b]:
-            more = self._search(
-                lambda: [
-                    item for pair in again for item in self._crises_between(pair, self.values, {})
-                ],
-                "the crises",
-            )
+        again = unlike(self.looks.values(), [*self.values, *aside], survey.max_period)
+        if again:
+            more = self._search(lambda: self._crises_in(again, self.values, {}), "the crises")
             crises_found += more
             self.values += [item.value for item in more]
-            unaccounted, outside = self._accounted(aside)
+        unaccounted, outside = self._accounted(aside)
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         found = sorted([*full, *crises_found], key=lambda item: item.value)
@@ -422,15 +422,15 @@ class _Report:
         tell = self.work.part(0.65, 0.7).tell
         grid = list(in_processes(partial(_at_node, at), survey.grid_nodes, tell))
         self._looked_at(grid)
-        return self._crises_between(grid, breaks, looks)
+        return self._crises_in(list(pairwise(grid)), breaks, looks)
 
-    def _crises_between(
-        self, grid: Sequence[ParameterPoint], breaks: list[float], looks: Jobs
+    def _crises_in(
+        self, intervals: Sequence[Sides], breaks: list[float], looks: Jobs
     ) -> list[Bifurcation]:
-        """Find crises between values; most come from few intervals: look elsewhere meanwhile."""
+        """Find crises in intervals; most come from few of these: look elsewhere meanwhile."""
         survey, tell = self.survey, self.work.part(0.7, 0.8).tell
         most = LOOKS // 16 if survey.crowded else LOOKS
-        search = CrisisSearch(survey.family.at, grid, breaks, survey.max_period, looks=most)
+        search = CrisisSearch(survey.family.at, intervals, breaks, survey.max_period, looks=most)
         parts = search.parts()
         results: Iterator[Any] = in_processes(call, [*parts, *looks.values()], tell)
         found = search.joined(islice(results, len(parts)))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from heapq import heappop, heappush
-from itertools import chain, islice, pairwise
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -130,39 +130,34 @@ class CrisesFound:
 
 @dataclass(frozen=True, eq=False)
 class CrisisSearch:
-    """A search for crises and band mergings between two or more ascending values of a grid."""
+    """A search for crises and band mergings in intervals, in ascending order."""
 
-    # What changes across ``breaks``, values of known bifurcations, is their doing. Intervals below
-    # ``finest`` of one of the grid are left alone: bands merge at ever closer values.
+    # What changes across ``breaks``, values of known bifurcations, is their doing. Parts below
+    # ``finest`` of an interval are left alone: bands merge at ever closer values.
     at: MapAt
-    grid: Sequence[ParameterPoint]
+    intervals: Sequence[Sides]
     breaks: Sequence[float] = ()
     max_period: int = 4
     finest: float = FINEST
     looks: int = LOOKS
 
-    def __post_init__(self) -> None:
-        """Refuse a grid that is none."""
-        values = [point.value for point in self.grid]
-        if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
-            raise ValueError("grid: points at two or more ascending values are needed.")
-
     def parts(self) -> list[Callable[[], CrisesFound]]:
-        """Return the searches between neighbours, each for any process."""
+        """Return the searches, one for each interval, each for any process."""
         limits = self.breaks, self.max_period, self.finest, self.looks
-        return [partial(_between, self.at, *limits, ends) for ends in pairwise(self.grid)]
+        return [partial(_between, self.at, *limits, ends) for ends in self.intervals]
 
     def joined(self, parts: Iterable[CrisesFound]) -> CrisesFound:
-        """Join what they have found, each event once, with what is at the ends of the grid."""
-        search, grid = _Search(self.at, self.breaks, self.max_period), self.grid
+        """Join what they have found, each event once, with what is at the ends of all."""
+        search = _Search(self.at, self.breaks, self.max_period)
         for found in parts:
             search.found.left_open.extend(found.left_open)
             search.found.too_close.extend(found.too_close)
             search.found.looks.extend(found.looks)
             for event in found.events:
                 search.keep(event)
-        search.at_end(grid[0], grid[0].value - grid[1].value)
-        search.at_end(grid[-1], grid[-1].value - grid[-2].value)
+        (first, second), (last_but_one, last) = self.intervals[0], self.intervals[-1]
+        search.at_end(first, first.value - second.value)
+        search.at_end(last, last.value - last_but_one.value)
         events = sorted(search.found.events, key=lambda event: event.value)
         return replace(search.found, events=events)
 
