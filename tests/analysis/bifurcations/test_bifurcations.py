@@ -85,6 +85,19 @@ def double_of_logistic(r):
     return [(r + 1 - root) / (2 * r), (r + 1 + root) / (2 * r)]
 
 
+def test_windows_end_where_an_image_of_the_top_meets_the_unstable_cycle():
+    """What is between two values of the grid, chaos at both, had no mergings and no crisis."""
+    found = bifurcations(examples.logistic(3.9), "r", (3.8, 3.99), max_period=4, n_lists=5)
+    assert not found.unresolved
+    kinds = {"band_merging": {3, 4, 6, 8}, "interior_crisis": {3, 4}}
+    for images, (kind, periods) in zip((3, 2), kinds.items(), strict=True):
+        events = found.of_kind(kind)
+        assert periods <= {event.period for event in events}
+        for event in events:
+            orbit = examples.logistic(event.value).iterate(0.5, (images + 1) * event.period)
+            assert orbit[images * event.period] == pytest.approx(orbit[-1], abs=SHARP)
+
+
 def test_the_fold_of_period_3_of_the_logistic_map():
     found = bifurcations(examples.logistic(3.8), "r", (3.82, 3.835), max_period=3)
     (fold,) = found.of_kind("fold")

@@ -245,7 +245,7 @@ class _Search:
             heappush(self.waiting, (left.value - right.value, left.value, left, right))
 
     def _windows(self, left: ParameterPoint, right: ParameterPoint) -> list[int]:
-        """List periods of stable long cycles that may stand for chaos between, which no end shows."""
+        """List periods of long stable cycles that may stand for chaos between: no end shows it."""
         one, two = ({a.period for a in p.attractors if a.kind == "periodic"} for p in (left, right))
         return [
             period
@@ -318,7 +318,7 @@ class _Search:
         return 1.0
 
     def _worth_of_window(self, period: int) -> float:
-        """Say the same where a cycle alone hints at chaos: it may end a cascade that is asked for."""
+        """Say the same where a cycle alone hints at chaos: it may be of a cascade asked for."""
         return 1.0 if period // (period & -period) <= self.max_period else LONG_WINDOW
 
     def _in_long_window(self, ratio: Fraction) -> bool:
