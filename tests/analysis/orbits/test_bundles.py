@@ -1,5 +1,7 @@
 """Many orbits of many periods moved to another parameter value at once."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -78,6 +80,12 @@ def test_moved_orbits_are_those_of_a_fresh_list(logistic_orbits):
             np.sort(orbit.points), abs=ROUNDING
         )
         assert bundle.multipliers[row] == pytest.approx(orbit.multiplier, rel=1e-10)
+
+
+def test_multipliers_beyond_the_range_of_floats_are_infinite(logistic_orbits):
+    _, bundle = logistic_orbits
+    steep = dataclasses.replace(bundle, slopes=1e200 * np.abs(bundle.slopes))
+    assert np.array_equal(np.isfinite(steep.multipliers), steep.periods == 1)
 
 
 def test_rows_do_not_depend_on_their_neighbours(logistic_orbits):

@@ -62,8 +62,9 @@ class OrbitBundle:
 
     @property
     def multipliers(self) -> Floats:
-        """Product of each orbit's slopes, shape (k,)."""
-        product: Floats = np.where(self.used, self.slopes, 1.0).prod(axis=1)
+        """Product of each orbit's slopes, shape (k,); infinite beyond the range of floats."""
+        with np.errstate(over="ignore"):
+            product: Floats = np.where(self.used, self.slopes, 1.0).prod(axis=1)
         return product
 
     def repeats(self, slack: ArrayLike) -> NDArray[np.bool_]:
