@@ -30,13 +30,12 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
 from stickslip.analysis.bifurcations.explain import (
-    Concerned,
-    concerned_orbits,
     explained,
     with_attractors,
 )
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
+from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_orbits
 from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey

@@ -19,7 +19,7 @@ from stickslip.analysis.orbits.newton import turned
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.analysis.bifurcations.explain import Concerned
+    from stickslip.analysis.bifurcations.scan.adding_up import Concerned
     from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node

@@ -15,10 +15,10 @@ from stickslip.analysis.attractors.attractors import attractors as all_attractor
 from stickslip.analysis.attractors.attractors import spread_points
 from stickslip.analysis.bifurcations.bifurcation import attempted
 from stickslip.analysis.bifurcations.bifurcations import N_LISTS
-from stickslip.analysis.bifurcations.explain import concerned_orbits
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_LISTS as N_LISTS_ND
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_STARTS, OrbitSurvey
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
+from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints

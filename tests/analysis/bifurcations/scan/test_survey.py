@@ -9,9 +9,9 @@ from tests.analysis import known_maps as examples
 from tests.sizes import sizes, slow
 
 import stickslip as ss
-from stickslip.analysis.bifurcations.explain import concerned_orbits
 from stickslip.analysis.bifurcations.scan import events
 from stickslip.analysis.bifurcations.scan import survey as scan
+from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
 from stickslip.analysis.bifurcations.scan.nodes import Family, SymbolClasses
 from stickslip.analysis.bifurcations.scan.survey import Survey
 

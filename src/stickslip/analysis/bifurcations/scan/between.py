@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
 from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
 from stickslip.analysis.bifurcations.scan.events import (
     SAME_VALUE,
@@ -31,6 +32,7 @@ from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 
 BESIDE: Final = 1e-5  # of the range: how far from an event the lists beside it are made
+NEARER: Final = 1e-2  # times as far, where these do not add up
 SPLIT: Final = 1e-9  # of the range: closer to each other no lists are made
 CLEAR: Final = 0.2  # share of the way to the next event that these may take up
 FOUND: Final = 1e-7  # of the domain's width: an orbit that arrives is looked up in the list
@@ -372,17 +374,36 @@ class _Between:
         last = span.left
         for k, group in enumerate(groups):
             before, after = nodes.get((k, 0), last), nodes.get((k, 1), span.right)
-            if before is not last:
-                plain.append((last, before))
-            # What does not cross the span that holds the events is what they concern.
-            joined = join(before, after, self.family, self.classes)
-            self.found.spans.append(
-                Span(before, after, group, joined.pieces, joined.left, joined.right)
-            )
+            around = self._adding_up(self._around(before, after, group))
+            self.found.spans.append(around)
+            plain += [(last, before), (before, around.left), (around.right, after)]
             last = after
-        if last is not span.right:
-            plain.append((last, span.right))
-        return plain
+        plain.append((last, span.right))
+        return [(left, right) for left, right in plain if left is not right]
+
+    def _around(self, before: Node, after: Node, events: list[Event]) -> Span:
+        """Join the lists beside events: what does not cross is what these concern."""
+        joined = join(before, after, self.family, self.classes)
+        return Span(before, after, events, joined.pieces, joined.left, joined.right)
+
+    def _adding_up(self, around: Span) -> Span:
+        """Return a span about events, narrower if others are so close that it does not add up."""
+        first, last = around.events[0].value, around.events[-1].value
+        rooms = first - around.left.q, around.right.q - last
+        beside = NEARER * min((room for room in rooms if room > self.whole.closest), default=0.0)
+        span = around
+        while concerned_orbits(span)[1]:
+            if self.whole.crowded or beside < self.whole.closest or not self._may_add(around):
+                return around
+            left, right = (
+                self._node(q, beside) if beside < room else node
+                for q, room, node in (
+                    (first - beside, rooms[0], around.left),
+                    (last + beside, rooms[1], around.right),
+                )
+            )
+            span, beside = self._around(left, right, around.events), NEARER * beside
+        return span
 
     def _groups(self, fresh: list[Event]) -> list[list[Event]]:
         """Events in ascending order, those at one value together."""

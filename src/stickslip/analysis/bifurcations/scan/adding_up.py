@@ -1,0 +1,96 @@
+"""Lists just beside events: which orbits these concern, and whether they add up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.scan.events import in_the_middle
+
+if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.scan.between import Span
+    from stickslip.analysis.bifurcations.scan.events import Event
+    from stickslip.analysis.bifurcations.scan.nodes import Node
+
+
+PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
+
+
+@dataclass(frozen=True, eq=False)
+class Concerned:
+    """The orbits that an event concerns, by their places in the lists beside it."""
+
+    before: tuple[int, ...]  # those that persist included
+    after: tuple[int, ...]
+    lost: tuple[int, ...]  # of `before`, those that do not cross the span; `born` likewise
+    born: tuple[int, ...]
+
+
+def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange]]:
+    """Share out the orbits that do not cross a span among its events; the rest stays open."""
+    lost = _shared_out(span, span.left, span.loose_left)
+    born = _shared_out(span, span.right, span.loose_right)
+    result, unresolved = [], []
+    for event, gone, new in zip(span.events, lost, born, strict=True):
+        before, after = set(gone), set(new)
+        if event.kind == "flip":
+            before |= _parent(event, span.left)
+            after |= _parent(event, span.right)
+        # A list in the very middle of an event, at an end of the range, shows neither side.
+        middle = any(in_the_middle(node.q, [event.value]) for node in (span.left, span.right))
+        if not middle and not _adds_up(
+            event,
+            [span.left.orbits[k].period for k in gone],
+            [span.right.orbits[k].period for k in new],
+            span,
+        ):
+            reason = f"the orbits beside the {event.kind.replace('_', ' ')} do not add up"
+            unresolved.append(
+                UnresolvedChange(
+                    reason, span.left.q, span.right.q, event.period, float(event.points[0])
+                )
+            )
+        result.append(
+            Concerned(tuple(sorted(before)), tuple(sorted(after)), tuple(gone), tuple(new))
+        )
+    return result, unresolved
+
+
+def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
+    """Give each orbit to the event that it comes closest to."""
+    shares: list[list[int]] = [[] for _ in span.events]
+    for k in places:
+        points = node.orbits[k].points
+        distance = [np.abs(points[:, None] - event.points).min() for event in span.events]
+        shares[int(np.argmin(distance))].append(k)
+    return shares
+
+
+def _parent(event: Event, node: Node) -> set[int]:
+    """Place of the orbit that flips."""
+    found = node.find(event.points, PARENT * node.width)
+    return set() if found is None else {found}
+
+
+def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool:
+    """Check the number of orbits lost and born against what the kind of event allows."""
+    if event.kind == "fold":
+        pair = [event.period] * 2
+        return sorted([lost, born]) == [[], pair]
+    if event.kind in ("transcritical", "pitchfork"):
+        # One of two crossing curves may lie outside the domain on one side.
+        return set(lost + born) == {event.period} and 2 <= max(len(lost), len(born)) <= 3
+    if event.kind == "flip":
+        doubled = [2 * event.period]
+        within = doubled[0] <= span.left.orbits.max_period
+        # On a straight branch the doubled orbit is born on the break at its end, at that value.
+        within &= not any(
+            isinstance(other.condition, Collision) and other.period == doubled[0]
+            for other in span.events
+        )
+        return sorted([lost, born]) == [[], doubled if within else []]
+    return bool(lost or born)
