@@ -68,6 +68,14 @@ def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -
     return abs(asked[0].total() - asked[1].total()) > others
 
 
+def _bands_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
+    """Whether chaos in several bands is on one side only: a window that chaos ends in, too."""
+    return any(
+        kind == "chaotic" and bands > 1 and of_cascade(bands, max_period)
+        for kind, bands in (here - there) + (there - here)
+    )
+
+
 def _asked_chaos(sorts: Counter[Sort], max_period: int) -> Counter[Sort]:
     return Counter({sort: n for sort, n in sorts.items() if _is_asked_chaos(sort, max_period)})
 
@@ -75,10 +83,12 @@ def _asked_chaos(sorts: Counter[Sort], max_period: int) -> Counter[Sort]:
 def _is_asked_chaos(sort: Sort, max_period: int) -> bool:
     """Whether an attractor is chaos, but not that of a window of longer cycles."""
     kind, bands = sort
-    longest = bands
-    while longest > max_period and longest % 2 == 0:  # bands of a cascade
-        longest //= 2
-    return kind == "chaotic" and bands <= MOST_BANDS and longest <= max_period
+    return kind == "chaotic" and bands <= MOST_BANDS and of_cascade(bands, max_period)
+
+
+def of_cascade(period: int, max_period: int) -> bool:
+    """Whether a number of turns, or bands, is an asked period times a power of two."""
+    return period // max(period & -period, 1) <= max_period  # 0: not known
 
 
 def _beyond(sort: Sort, max_period: int) -> bool:
@@ -120,14 +130,14 @@ def accounted(
 def unlike(
     looks: Iterable[LookT], listed: Iterable[float], max_period: int
 ) -> list[tuple[LookT, LookT]]:
-    """List neighbouring looks at chaos in other numbers of bands with nothing listed between."""
+    """List neighbouring looks with nothing listed between that have chaos in other bands."""
     values = sorted(value for value in listed if not math.isnan(value))
-    seen = sorted(looks, key=lambda look: look.value)
+    seen = [(look, _sorts_of(look)) for look in sorted(looks, key=lambda look: look.value)]
     return [
         (left, right)
-        for left, right in pairwise(seen)
+        for (left, here), (right, there) in pairwise(seen)
         if bisect(values, right.value) == bisect(values, left.value)
-        and _asked_chaos(_sorts_of(left), max_period) != _asked_chaos(_sorts_of(right), max_period)
+        and (_bands_differ(here, there, max_period) or _chaos_differs(here, there, max_period))
     ]
 
 

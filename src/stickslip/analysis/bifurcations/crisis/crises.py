@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.accounting import MOST_BANDS, Look
+from stickslip.analysis.bifurcations.accounting import MOST_BANDS, Look, of_cascade
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import (
@@ -319,7 +319,7 @@ class _Search:
 
     def _worth_of_window(self, period: int) -> float:
         """Say the same where a cycle alone hints at chaos: it may be of a cascade asked for."""
-        return 1.0 if period // (period & -period) <= self.max_period else LONG_WINDOW
+        return 1.0 if of_cascade(period, self.max_period) else LONG_WINDOW
 
     def _in_long_window(self, ratio: Fraction) -> bool:
         """Whether periods of a ratio are those of chaos and of a window in it, of many turns."""
