@@ -6,8 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from scipy.optimize import brentq
-from tests.sizes import slow
+from tests.sizes import slow, tries
 
 import stickslip as ss
 from stickslip.analysis.bifurcations import bifurcations as lists
@@ -388,6 +390,26 @@ def test_orbits_that_appear_exactly_at_an_end_of_the_range(f, name, ends, kind):
     (item,) = bifurcations(f, name, ends, max_period=3)
     assert item.kind == kind
     assert min(abs(item.value - end) for end in ends) < SHARP
+
+
+@tries(6, 60)
+@given(logarithm=st.floats(-3.7, -2.0), side=st.sampled_from([-1, 1]), half=st.floats(0.02, 0.3))
+@example(logarithm=-3.7, side=1, half=0.3)  # seven parts in 10^8 of the range apart
+def test_a_fold_and_a_collision_next_to_each_other_are_both_found(logarithm, side, half):
+    """One of two orbits, at plus and minus the root of mu, meets a jump just beside the fold."""
+    edge = side * 10**logarithm
+    f = ss.PiecewiseMap(
+        lambda x, mu: mu + x - x**2 - 0.2 * side * (side * (x - edge) > 0),
+        (-1, 1),
+        parameters={"mu": 0.1},
+        derivative=lambda x, mu: 1 - 2 * x,
+        breakpoints=[edge],
+    )
+    found = bifurcations(f, "mu", (-half, half), max_period=1)
+    assert not found.unresolved
+    near = [item for item in found if abs(item.value) < 2 * edge**2]
+    assert [item.kind for item in near] == ["fold", "border_collision"]
+    assert_same(near, [(0.0, 1), (edge**2, 1)])
 
 
 @pytest.mark.parametrize("half", [1e-6, 1e-9, 1e-14, *slow(1e-7, 1e-12)])

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 
 PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
@@ -42,12 +43,8 @@ def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange
             after |= _parent(event, span.right)
         # A list in the very middle of an event, at an end of the range, shows neither side.
         middle = any(in_the_middle(node.q, [event.value]) for node in (span.left, span.right))
-        if not middle and not _adds_up(
-            event,
-            [span.left.orbits[k].period for k in gone],
-            [span.right.orbits[k].period for k in new],
-            span,
-        ):
+        orbits = [span.left.orbits[k] for k in gone], [span.right.orbits[k] for k in new]
+        if not middle and not _adds_up(event, *orbits, span):
             reason = f"the orbits beside the {event.kind.replace('_', ' ')} do not add up"
             unresolved.append(
                 UnresolvedChange(
@@ -76,8 +73,11 @@ def _parent(event: Event, node: Node) -> set[int]:
     return set() if found is None else {found}
 
 
-def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool:
-    """Check the number of orbits lost and born against what the kind of event allows."""
+def _adds_up(
+    event: Event, orbits_lost: list[PeriodicOrbit], orbits_born: list[PeriodicOrbit], span: Span
+) -> bool:
+    """Check the orbits lost and born against what the kind of event allows."""
+    lost, born = ([orbit.period for orbit in some] for some in (orbits_lost, orbits_born))
     if event.kind == "fold":
         pair = [event.period] * 2
         return sorted([lost, born]) == [[], pair]
@@ -93,4 +93,8 @@ def _adds_up(event: Event, lost: list[int], born: list[int], span: Span) -> bool
             for other in span.events
         )
         return sorted([lost, born]) == [[], doubled if within else []]
-    return bool(lost or born)
+    # Beyond a fold that is as close, the other one of two orbits is there.
+    there = np.array(event.located.reading.multipliers) - 1.0
+    same = (orbit for orbit in orbits_lost + orbits_born if orbit.period == event.period)
+    folded = any((there * (orbit.multiplier - 1.0) < 0).all() for orbit in same)
+    return bool(lost or born) and not folded
