@@ -49,6 +49,12 @@ def _sorts_of(look: Look) -> Counter[Sort]:
     return sorts
 
 
+def _seen(looks: Iterable[LookT], values: list[float]) -> list[tuple[LookT, Counter[Sort]]]:
+    """Sort looks, but for those in the very middle of an event, which show neither side of it."""
+    apart = [look for look in looks if not in_the_middle(look.value, values)]
+    return [(look, _sorts_of(look)) for look in sorted(apart, key=lambda look: look.value)]
+
+
 def _cycles_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
     """Whether the cycles that were asked for differ."""
     return any(not _beyond(sort, max_period) for sort in (here - there) + (there - here))
@@ -103,9 +109,7 @@ def accounted(
     values = sorted(value for value in listed if not math.isnan(value))
     unresolved: list[UnresolvedChange] = []
     parts: list[Part] = []  # where attractors are not asked for
-    # A look in the very middle of an event, as at an end of the range, shows neither side.
-    apart = [look for look in looks if not in_the_middle(look.value, values)]
-    seen = [(look, _sorts_of(look)) for look in sorted(apart, key=lambda look: look.value)]
+    seen = _seen(looks, values)
     thorough = [item for item in seen if not item[0].quick]
     for pairs, differ in ((pairwise(thorough), _cycles_differ), (pairwise(seen), _chaos_differs)):
         for (left, here), (right, there) in pairs:
@@ -132,10 +136,9 @@ def unlike(
 ) -> list[tuple[LookT, LookT]]:
     """List neighbouring looks with nothing listed between that have chaos in other bands."""
     values = sorted(value for value in listed if not math.isnan(value))
-    seen = [(look, _sorts_of(look)) for look in sorted(looks, key=lambda look: look.value)]
     return [
         (left, right)
-        for (left, here), (right, there) in pairwise(seen)
+        for (left, here), (right, there) in pairwise(_seen(looks, values))
         if bisect(values, right.value) == bisect(values, left.value)
         and (_bands_differ(here, there, max_period) or _chaos_differs(here, there, max_period))
     ]

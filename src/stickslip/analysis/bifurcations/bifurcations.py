@@ -29,10 +29,7 @@ from stickslip.analysis.bifurcations.cascades import cascades
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
-from stickslip.analysis.bifurcations.explain import (
-    explained,
-    with_attractors,
-)
+from stickslip.analysis.bifurcations.explain import explained, with_attractors
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_orbits
@@ -297,8 +294,8 @@ class _Report:
         left = [end.value for end in ends if end.reason == "end of domain"]  # or of the window
         aside = [*self.accumulations, *left]
         # Chaos that is seen beside an event only lies between no two values of the grid.
-        again = unlike(self.looks.values(), [*self.values, *aside], survey.max_period)
-        if again:
+        looks = filter(self._inside, self.looks.values())
+        if again := unlike(looks, [*self.values, *aside], survey.max_period):
             more = self._search(lambda: self._crises_in(again, self.values, {}), "the crises")
             crises_found += more
             self.values += [item.value for item in more]
@@ -328,9 +325,12 @@ class _Report:
         self, aside: Iterable[float]
     ) -> tuple[list[UnresolvedChange], list[UnresolvedChange]]:
         """Compare all looks: what nothing explains, and what was not asked for."""
-        survey, looks = self.survey, [*self.looks.values(), *self.between]
-        inside = (look for look in looks if survey.lo <= look.value <= survey.hi)
-        return accounted(inside, [*self.values, *aside], survey.max_period)
+        looks = filter(self._inside, [*self.looks.values(), *self.between])
+        return accounted(looks, [*self.values, *aside], self.survey.max_period)
+
+    def _inside(self, look: Look) -> bool:
+        """Whether a look is in the range: beside what is at its ends there are others."""
+        return self.survey.lo <= look.value <= self.survey.hi
 
     def part(self, part: Callable[[], T], what: str, *at: float) -> T | None:
         """Do a part of the work at a value, or over the range; None, and told, if it fails."""
