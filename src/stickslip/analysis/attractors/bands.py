@@ -28,6 +28,7 @@ ALONE: Final = 256  # images of an interval before they are joined
 MAX_STEPS: Final = 2000  # from then on
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
+GROWING: Final = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
 UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
 
 
@@ -69,11 +70,15 @@ def merged(intervals: Floats, slack: float) -> Floats:
     return np.array([rows[starts, 0], reach[ends]]).T
 
 
+def common(intervals: Floats, left: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Return the ends of what k intervals share with m others, (k, m); reversed for nothing."""
+    return np.maximum(intervals[:, :1], left), np.minimum(intervals[:, 1:], right)
+
+
 def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, bool]:
     """Map a union of intervals, but for contacts below `slack`, and tell if part has no image."""
     # An end of a row for each part of an interval in a lap: the lower ones, then the upper ones.
-    low = np.maximum(intervals[:, :1], laps.left)
-    high = np.minimum(intervals[:, 1:], laps.right)
+    low, high = common(intervals, laps.left, laps.right)
     which, lap = (high - low > slack).nonzero()
     ends = np.array([low[which, lap], high[which, lap]])
     values = np.array([laps.value_left[lap], laps.value_right[lap]])
@@ -93,10 +98,22 @@ def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats
 def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
     """Map a short interval forward until its images repeat, and return the bands they fill."""
     slack = SAME * domain_width(f)
-    current = np.array([interval], dtype=np.float64)
+    alone = _repeated(f, laps, np.array([interval], dtype=np.float64), slack, ALONE)
+    if alone.reason != GROWING:
+        return alone
+    union, reason = _covered(f, laps, alone.intervals, slack)
+    if reason:
+        return replace(alone, intervals=union, reason=reason)
+    # What only leads to the bands is left behind: the whole is mapped, too, until it stays.
+    whole = _repeated(f, laps, union, slack, MAX_STEPS)
+    return replace(whole, period=_turns(f, laps, whole.intervals, slack)) if whole.period else whole
+
+
+def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -> Bands:
+    """Map intervals until they are what they were before: the union of what came since."""
     past: list[Floats] = []
-    sizes, first = np.zeros((2, ALONE))  # two numbers tell most sets apart at little cost
-    for n in range(ALONE):
+    sizes, first = np.zeros((2, steps))  # two numbers tell most sets apart at little cost
+    for n in range(steps):
         past.append(current)
         sizes[n], first[n] = len(current), current[0, 0]
         current, lost = image(f, laps, current, slack)
@@ -105,36 +122,27 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
         alike = (sizes == len(current)) & (np.abs(first - current[0, 0]) <= slack)
         alike[: max(n + 1 - MAX_PERIOD, 0)] = False
         for k in np.flatnonzero(alike)[::-1]:
-            if _alike(past[k], current, slack):
+            if np.all(np.abs(past[k] - current) <= slack):
                 parts = np.concatenate(past[k:])
                 union = merged(parts, APART * domain_width(f))
                 # Each edge is the image of another one, or of an end of a lap.
                 intervals, sources = _explain(f, laps, union, parts.size)
                 return _described(f, laps, intervals, sources, len(past) - int(k), slack)
-    return _joined(f, laps, current, slack)
+    return Bands(current, 0, np.inf, (), GROWING)
 
 
-def _joined(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> Bands:
-    """Join intervals with all their images, then map the whole until it stays: the bands."""
-    union, fresh = intervals, intervals
+def _covered(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, str]:
+    """Join intervals with all their images; tell, too, why that does not end."""
+    union = fresh = intervals
     for _ in range(MAX_STEPS):
-        whole = fresh is union
         images, lost = image(f, laps, fresh, slack)
         if reason := _fault(union, lost):
-            return Bands(union, 0, np.inf, (), reason)
-        if len(fresh := _outside(union, images, slack)):
-            union = merged(np.concatenate([union, fresh]), slack)
-        elif whole and _alike(images, union, slack):
-            edges, sources = _explain(f, laps, merged(union, APART * domain_width(f)), union.size)
-            return _described(f, laps, edges, sources, _turns(f, laps, edges, slack), slack)
-        else:  # what only leads to the bands is left behind
-            union = fresh = images if whole else union
-    reason = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
-    return Bands(union, 0, np.inf, (), reason)
-
-
-def _alike(some: Floats, others: Floats, slack: float) -> bool:
-    return some.shape == others.shape and bool(np.all(np.abs(some - others) <= slack))
+            return union, reason
+        fresh = _outside(union, images, slack)
+        if not len(fresh):
+            return union, ""
+        union = merged(np.concatenate([union, fresh]), slack)
+    return union, GROWING
 
 
 def _fault(intervals: Floats, lost: bool) -> str:
@@ -145,9 +153,7 @@ def _fault(intervals: Floats, lost: bool) -> str:
 
 def _outside(known: Floats, intervals: Floats, slack: float) -> Floats:
     """Cut what is known out of intervals; both are disjoint and sorted."""
-    between = np.concatenate([[-np.inf], known.ravel(), [np.inf]]).reshape(-1, 2)
-    low = np.maximum(intervals[:, :1], between[:, 0])
-    high = np.minimum(intervals[:, 1:], between[:, 1])
+    low, high = common(intervals, np.append(-np.inf, known[:, 1]), np.append(known[:, 0], np.inf))
     there = high - low > slack
     return np.column_stack([low[there], high[there]])
 
@@ -156,8 +162,7 @@ def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> int:
     """Return the greatest common divisor of the lengths of all ways from a band back to itself."""
     steps, waiting, divisor = {0: 0}, [0], 0
     for k in waiting:
-        images, _ = image(f, laps, bands[k : k + 1], slack)
-        low, high = np.maximum(images[:, :1], bands[:, 0]), np.minimum(images[:, 1:], bands[:, 1])
+        low, high = common(image(f, laps, bands[k : k + 1], slack)[0], *bands.T)
         for j in np.flatnonzero(np.any(high - low > slack, axis=0)).tolist():
             if j not in steps:
                 steps[j] = steps[k] + 1

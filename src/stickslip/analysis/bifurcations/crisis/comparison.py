@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 import numpy as np
 
 from stickslip.analysis.attractors.attractors import attractors_of
+from stickslip.analysis.attractors.bands import common
 from stickslip.analysis.bifurcations.accounting import Look
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
@@ -101,10 +102,9 @@ def _shared(one: Attractor, other: Attractor) -> float:
             if b.orbit is not None:
                 return 0.0
             return float(np.mean(b.contains(points)))
-    low = np.maximum(one.bands[:, None, 0], other.bands[None, :, 0])
-    high = np.minimum(one.bands[:, None, 1], other.bands[None, :, 1])
-    common = float(np.sum(np.maximum(high - low, 0.0)))
-    return common / max(min(_length(one), _length(other)), 1e-300)
+    low, high = common(one.bands, *other.bands.T)
+    shared = float(np.sum(np.maximum(high - low, 0.0)))
+    return shared / max(min(_length(one), _length(other)), 1e-300)
 
 
 def kind_of_change(
