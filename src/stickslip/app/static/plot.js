@@ -72,12 +72,6 @@ export class Plot {
     if (options.above) options.above.below = this;
     attachGestures(this);
     new ResizeObserver(() => this.#resize()).observe(host);
-    /** Whether any of it is on the screen: what moves is drawn only then. */
-    this.seen = true;
-    new IntersectionObserver((entries) => {
-      this.seen = entries[entries.length - 1].isIntersecting;
-      if (this.seen) this.redrawOver();
-    }).observe(host);
     this.#resize();
   }
 
@@ -117,7 +111,7 @@ export class Plot {
 
   #draw() {
     this.pending = 0;
-    if (!this.width || !(this.seen || this.dirty)) return;
+    if (!this.width) return;
     if (this.dirty) {
       this.dirty = false;
       this.context = this.#clear(this.base);
