@@ -48,6 +48,24 @@ def test_what_stays_undecided_beyond_is_a_crisis_only_if_the_edge_leaves(monkeyp
     assert len(values(events, "boundary_crisis")) == n
 
 
+def test_chaos_is_followed_to_its_end_on_the_scale_of_the_event_beside_it():
+    # A window of period 3, 7e-6 long with a basin of 2 %, beside a stable cycle.
+    model, name, _ = random_blocks(2 * 38007 + 1)
+
+    def at(q):
+        return ss.event_map(model.replace(**{name: q}))
+
+    flips = [1.8919288863122348, 1.8919288898155047]
+    points = [parameter_point(at, q) for q in (1.8885, flips[0] - 5.4e-9)]
+    searched = crises(at, points, breaks=flips, max_period=3)
+    assert [(event.kind, event.attractor.period) for event in searched.events] == [
+        ("boundary_crisis", 3),
+        ("band_merging", 6),
+    ]
+    assert values(searched.events) == pytest.approx([1.891927138650, 1.891928468096], abs=1e-11)
+    assert len(searched.looks) < 10  # halvings alone end at 3.4e-6, after twelve
+
+
 CUBIC = PiecewiseMap(
     lambda x, a: a * x - x**3,
     (-2.2, 2.2),

@@ -259,9 +259,10 @@ class _Search:
         """Find the event that comes first, or cut the interval in two."""
         seen = changes(left, right)
         width = right.value - left.value
-        worths = [self._worth(change) for change in seen]
-        worths += [self._worth_of_window(period) for period in self._windows(left, right)]
-        narrow = width <= smallest * min(worths)
+        limits = [min(smallest * self._worth(change), self._room(change)) for change in seen]
+        windows = self._windows(left, right)
+        limits += [smallest * self._worth_of_window(period) for period in windows]
+        narrow = width <= min(limits)
         for change in seen:
             event = self._event(change, BESIDE * width, narrow)
             if event is None:
@@ -279,15 +280,15 @@ class _Search:
                 self._wait(left, below)
             return
         if not narrow:
-            self._cut(left, right)
+            self._cut(left, right, min(seen, key=self._room, default=None))
         elif any(map(self._merges, seen)):
             self.found.too_close.append((left, right))
 
-    def _cut(self, left: ParameterPoint, right: ParameterPoint) -> None:
-        """Cut at a known bifurcation, leaving out what it does, or else in the middle."""
+    def _cut(self, left: ParameterPoint, right: ParameterPoint, change: Change | None) -> None:
+        """Cut at a known bifurcation, leaving out what it does, or else between."""
         inside = self.breaks[(self.breaks > left.value) & (self.breaks < right.value)]
         if not inside.size:
-            middle = self._look_between(left, right)
+            middle = self._look_between(left, right, change)
             self._wait(left, middle)
             self._wait(middle, right)
             return
@@ -298,15 +299,29 @@ class _Search:
             self._wait(left, self._look(at - beside))
             self._wait(self._look(at + beside), right)
 
-    def _look_between(self, left: ParameterPoint, right: ParameterPoint) -> ParameterPoint:
+    def _look_between(
+        self, left: ParameterPoint, right: ParameterPoint, change: Change | None
+    ) -> ParameterPoint:
         """Look at the middle, or beside it if a narrow window of long period is there."""
-        # Such a window hides the chaos around it, from either side.
+        # Such a window hides the chaos around it, from either side. What is lost beside an event
+        # is lost at any distance of the event's scale or more: the middle is that of logarithms.
+        width = right.value - left.value
+        scale = 0.25 if change is None else min(self._room(change) / width, 0.25)
+        from_right = change is not None and change.start is right
         for share in SHARES:
-            middle = self._look(left.value + share * (right.value - left.value))
+            way = width * scale**share
+            middle = self._look(right.value - way if from_right else left.value + way)
             seen = changes(left, middle) + changes(middle, right)
             if not any(c.stop is middle and self._ends_in_window(c) for c in seen):
                 break
         return middle
+
+    def _room(self, change: Change) -> float:
+        """Return how far beyond an attractor that is lost the next known bifurcation is."""
+        if not change.lost:
+            return np.inf
+        off = (self.breaks - change.start.value) * np.sign(change.start.value - change.stop.value)
+        return float(np.min(off[off > 0], initial=np.inf))
 
     def _worth(self, change: Change) -> float:
         """Say how far to halve an interval in which an attractor changes: a factor of `finest`."""
