@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.analysis import known_maps as examples
 from tests.reference.affine import Affine, jump_orbits, periodic_points
 
-from stickslip import Coulomb, TwoBlock, event_map
+from stickslip import Coulomb, PoppStelter, TwoBlock, event_map
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
@@ -299,3 +299,18 @@ def test_an_orbit_beside_a_graze_is_not_lost_on_it(alpha):
         x = orbit.points[0] + step / max(1.0, abs(orbit.multiplier))
         off = event_map(model).iterate(x, 3)[:, -1] - x
         assert off[0] * off[1] < 0
+
+
+@pytest.mark.parametrize("gamma", [1.495159874, 1.495164897, 1.496])
+def test_no_orbit_is_within_a_break_that_is_not_located(gamma):
+    """Breaks accumulate: within a billionth they are one, a corner that is not located.
+
+    Laps go on linearly up to it, to f(x) = x with a slope of 1.9e6, where f(x) - x is -0.004.
+    """
+    law = PoppStelter(gamma=gamma, delta=0.14738161134097152)
+    f = event_map(TwoBlock(1.762201433794681, 1.7601884603776112, 0.060922356212718694, law))
+    found = periodic_orbits(f, 1)
+    for orbit in found:
+        x = orbit.points[0]
+        assert abs(f(x) - x) <= 1e-12 * max(1.0, abs(f.derivative(x)))
+    assert any("on the corner" in item.reason for item in found.unresolved)

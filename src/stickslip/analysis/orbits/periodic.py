@@ -318,20 +318,19 @@ class _Search:
 
     def _is_on_border(self, word: Indices, points: Floats) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
-        period = len(points)
-        for lap, x in zip(word, points, strict=True):
-            for end, number in (
-                (self.laps.left[lap], self.laps.end_left[lap]),
-                (self.laps.right[lap], self.laps.end_right[lap]),
-            ):
-                if abs(x - end) > BORDER * self.scale or not self.table.matters(number):
+        period, slack = len(points), BORDER * self.scale
+        for lap, x in zip(word, points.tolist(), strict=True):
+            for number in (self.laps.end_left[lap], self.laps.end_right[lap]):
+                if not self.table.matters(number):
                     continue
-                kind = self.table.breakpoints[number].kind
-                reason = f"an orbit point is on the {kind}"
-                self.unresolved.append(
-                    Unresolved(reason, float(x), float(x), period, float(abs(x - end)))
-                )
-                if kind != "corner":
+                item = self.table.breakpoints[number]
+                lo, hi = item.interval
+                if not lo - slack <= x <= hi + slack:
+                    continue
+                reason = f"an orbit point is on the {item.kind}"
+                self.unresolved.append(Unresolved(reason, x, x, period, abs(x - item.d)))
+                # Within a break that is not located a lap is no more than a guess.
+                if item.kind != "corner" or item.quality != "located":
                     return True
         return False
 

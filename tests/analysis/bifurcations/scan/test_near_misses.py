@@ -6,8 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.analysis.bifurcations.conditions.conditions import Fold
-from stickslip.analysis.bifurcations.scan.near_misses import NearZero, hidden_values
+from stickslip.analysis.bifurcations.scan.near_misses import NearZero, _extrema, hidden_values
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node
 from stickslip.analysis.branches.mesh import Nodes, _sign_is_sure
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
 WIDTH = 1.0  # of a domain
 
@@ -28,6 +30,21 @@ def test_a_function_that_touches_zero_between_two_values_is_foretold_there(touch
     found = hidden(values, [curvature * (q - touch) ** 2 for q in values])
     if min(abs(touch - q) for q in values) > 0.05:
         assert found == [pytest.approx(touch, abs=1e-9)]
+
+
+def test_slopes_beyond_the_range_of_floats_foretell_nothing(monkeypatch):
+    f = PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.2})
+    node = Node.make(Family(f, "r"), 2, 3.2)
+    n_found = len(list(_extrema(node, 2)))
+    fast = node.fast
+
+    class Steep:
+        def iterate_with_slopes(self, x, n):
+            orbit, slopes = fast.iterate_with_slopes(x, n)
+            return orbit, np.sign(slopes) * 1e300
+
+    monkeypatch.setitem(vars(node), "fast", Steep())
+    assert 0 < len(list(_extrema(node, 2))) <= n_found
 
 
 def test_nothing_is_foretold_of_a_function_that_turns_far_from_zero():

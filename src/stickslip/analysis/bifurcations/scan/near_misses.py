@@ -64,11 +64,12 @@ def _extrema(node: Node, max_period: int) -> Iterator[NearZero]:
     slope = np.ones(POINTS)
     for period in range(1, max_period + 1):
         word = mix_labels(word, labels[:, period - 1])
-        slope = slope * slopes[:, period - 1]
+        with np.errstate(over="ignore", invalid="ignore"):  # where breaks accumulate
+            slope = slope * slopes[:, period - 1]
         off, tilt = orbit[:, period] - x, slope - 1
-        with np.errstate(invalid="ignore"):
-            turns = (tilt[:-1] * tilt[1:] < 0) & (word[:-1] == word[1:])
-        for k in np.flatnonzero(turns & np.isfinite(off[:-1]) & np.isfinite(off[1:])):
+        turns = (np.sign(tilt[:-1]) * np.sign(tilt[1:]) < 0) & (word[:-1] == word[1:])
+        known = np.isfinite(off) & np.isfinite(tilt)
+        for k in np.flatnonzero(turns & known[:-1] & known[1:]):
             share = tilt[k] / (tilt[k] - tilt[k + 1])
             width = x[k + 1] - x[k]
             # The parabola with these slopes, from either end: their mean.
