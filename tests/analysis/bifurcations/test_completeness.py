@@ -412,6 +412,31 @@ def test_a_fold_and_a_collision_next_to_each_other_are_both_found(logarithm, sid
     assert_same(near, [(0.0, 1), (edge**2, 1)])
 
 
+@tries(6, 60)
+@given(logarithm=st.floats(-15.0, -3.0), half=st.floats(0.02, 0.2))
+@example(logarithm=-10.5, half=0.1)  # lists between would be too close to each other
+def test_two_orbits_that_meet_two_jumps_next_to_each_other(logarithm, half):
+    """Fixed points at -1/2 + 2 mu and 1/2 + 2 (mu - later) meet the jumps at -1/2 and 1/2."""
+    later = 10**logarithm
+
+    def func(x, mu):
+        parts = [0.5 * x - 0.25 + mu, 0.1 * x + 0.8, 0.5 * x + 0.25 + mu - later]
+        return np.select([x < -0.5, x < 0.0, x < 0.5], parts, 0.1 * x - 0.4)
+
+    f = ss.PiecewiseMap(
+        func,
+        (-1, 1),
+        parameters={"mu": 0.0},
+        derivative=lambda x, mu: np.where((x < -0.5) | (x >= 0) & (x < 0.5), 0.5, 0.1),
+        breakpoints=[-0.5, 0.0, 0.5],
+    )
+    found = bifurcations(f, "mu", (-half, 1.1 * half), max_period=1)
+    assert not found.unresolved
+    near = [item for item in found if -1e-12 < item.value < later + 1e-12]
+    assert [item.kind for item in near] == ["border_collision"] * 2
+    assert_same(near, [(0.0, 1), (later, 1)])
+
+
 @pytest.mark.parametrize("half", [1e-6, 1e-9, 1e-14, *slow(1e-7, 1e-12)])
 def test_a_range_as_narrow_as_rounding_about_a_flip_is_not_halved_for_ever(half):
     ends = 3 - half, 3 + 1.3 * half

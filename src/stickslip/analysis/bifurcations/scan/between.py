@@ -16,7 +16,6 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
 from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
 from stickslip.analysis.bifurcations.scan.events import (
-    SAME_VALUE,
     Event,
     Suspect,
     flips_on,
@@ -406,13 +405,13 @@ class _Between:
         return span
 
     def _groups(self, fresh: list[Event]) -> list[list[Event]]:
-        """Events in ascending order, those at one value together."""
+        """Events in ascending order, those that no list can be made between together."""
         groups: list[list[Event]] = []
         for event in sorted(fresh, key=lambda item: item.value):
             if groups:
                 last = groups[-1][-1]
                 errors = last.located.error + event.located.error
-                if event.value - last.value <= 8 * errors + SAME_VALUE * self.whole.scale:
+                if event.value - last.value <= max(8 * errors, self.whole.closest):
                     groups[-1].append(event)
                     continue
             groups.append([event])
