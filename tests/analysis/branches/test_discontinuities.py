@@ -161,6 +161,25 @@ def test_two_jumps_close_together_are_both_found():
     assert [item.d for item in branch_table(f).breakpoints] == pytest.approx([0, 4e-8], abs=1e-18)
 
 
+@pytest.mark.parametrize("flipped", [[], [4, 5, 6], [2, 3], [-2, -1], [-4, -1, 2, 5], [-1, 0, 3, 4]])
+def test_a_jump_at_which_rounding_chooses_the_side_is_found(flipped):
+    """Law (9) with a jump within one itinerary took either value on some ten floats about it."""
+
+    def sides(x):
+        floats = np.round((x - 0.3) / np.spacing(0.3))
+        return (floats > 0) ^ np.isin(floats, flipped)
+
+    f = PiecewiseMap(
+        lambda x: np.where(sides(x), 0.7 - 2 * x, -0.1 - 2 * x),
+        (-1.0, 1.0),
+        derivative=lambda x: np.full_like(x, -2.0),
+    )
+    (jump,) = branch_table(f).breakpoints
+    assert jump.kind == "jump"
+    assert jump.d == pytest.approx(0.3, abs=1e-15)
+    assert (jump.left, jump.right) == pytest.approx((-0.7, 0.1), abs=1e-9)
+
+
 def test_values_that_scatter_make_no_break():
     """Where motions are sensitive, neighbouring floats differ by more than slopes explain."""
 

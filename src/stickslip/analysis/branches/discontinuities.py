@@ -384,11 +384,12 @@ class _Search:
 
     def _noise(self, left: Nodes, right: Nodes) -> Floats:
         """How far values beside a cut scatter: where motions are sensitive, by more than ulp."""
-        found, floats = [], np.arange(1, SCATTER + 1)
+        # Not closer: where rounding decides, values of both sides alternate for some floats.
+        found, floats, aside = [], np.arange(SCATTER + 1), BLURRED * self.asked
         for end, inward in ((left, -1), (right, 1)):
-            x = end.x[:, None] + inward * floats * np.spacing(np.abs(end.x))[:, None]
+            x = end.x[:, None] + inward * (aside + floats * np.spacing(np.abs(end.x))[:, None])
             values, _ = self.mesh.slopes(np.clip(x, *self.mesh.f.domain).ravel())
-            found.append(np.ptp(np.column_stack([end.value, values.reshape(x.shape)]), axis=1))
+            found.append(np.ptp(values.reshape(x.shape), axis=1))
         return np.nan_to_num(SCATTER * np.maximum(*found))
 
     def _suspects(self) -> list[tuple[float, float]]:
