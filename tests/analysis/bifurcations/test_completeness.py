@@ -437,6 +437,23 @@ def test_two_orbits_that_meet_two_jumps_next_to_each_other(logarithm, half):
     assert_same(near, [(0.0, 1), (later, 1)])
 
 
+def test_a_corner_that_vanishes_where_an_orbit_meets_it():
+    """The fixed point, 2 mu, passes the corner at 0, whose bend is mu."""
+    f = ss.PiecewiseMap(
+        lambda x, mu: mu + 0.5 * x + mu * np.maximum(x, 0),
+        (-1, 1),
+        parameters={"mu": 0.05},
+        derivative=lambda x, mu: 0.5 + mu * (x > 0),
+        breakpoints=[0.0],
+    )
+    found = bifurcations(f, "mu", (-0.1, 0.11), max_period=1)
+    assert not found.unresolved
+    assert all(len(item.orbits_before) == len(item.orbits_after) == 1 for item in found)
+    (orbit,) = ss.periodic_orbits(f, 1)
+    curve = ss.follow(orbit, "mu", (-0.1, 0.11))
+    assert {end.reason for end in curve.ends} == {"end of range"}
+
+
 @pytest.mark.parametrize("half", [1e-6, 1e-9, 1e-14, *slow(1e-7, 1e-12)])
 def test_a_range_as_narrow_as_rounding_about_a_flip_is_not_halved_for_ever(half):
     ends = 3 - half, 3 + 1.3 * half

@@ -200,11 +200,13 @@ class LineOrbitFollower(OrbitFollower):
                     return end
             return self.end(last, "step limit")
         for met in encounters(self.equations, points, value, stop.cause):
-            if met.harmless is not None:
+            if met.harmless is None:
+                end = self._end_at(last, met, REACHES * last.step, half)
+                if end is not None:
+                    return end
+            if met.harmless is not None:  # some are only there where the orbit meets them
                 self.equations.pieces[met.index].add(met.harmless)
                 return replace(last, step=self.control.first)
-            if (end := self._end_at(last, met, REACHES * last.step, half)) is not None:
-                return end
         return last  # a false alarm: Newton's method went astray
 
     def _end_at(
@@ -216,6 +218,8 @@ class LineOrbitFollower(OrbitFollower):
         try:
             met = meet(eq.at, self.name, *start, self.low, self.high)
         except ConditionLost:
+            return None
+        if border.harmless is not None:
             return None
         # Points on the border itself, of which there may be several, are seen from their pieces.
         on_border = np.abs(met.points - met.points[index]) <= ON_BORDER * self.curve.scale[:-1]
