@@ -15,7 +15,7 @@ from tests.analysis.known_maps import (
 )
 from tests.sizes import calls_in, tries
 
-from stickslip import Coulomb, TwoBlock, examples
+from stickslip import Coulomb, PoppStelter, TwoBlock, examples
 from stickslip.analysis.attractors.attractors import attractors, attractors_of
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
@@ -458,3 +458,11 @@ def test_slow_approaches_to_two_neutral_orbits_are_told_apart():
     assert [a.kind for a in found] == ["undecided", "undecided"]
     assert sorted(a.point for a in found) == pytest.approx([-0.5, 0.5], abs=1e-3)
     assert [a.basin_share for a in found] == pytest.approx([0.5, 0.5], abs=0.02)
+
+
+def test_bands_too_narrow_for_a_way_back_to_be_seen_are_no_chaos():
+    """Beside a cycle of period 384, which attracts by 0.5 % a step, intervals shrink to points."""
+    law = PoppStelter(gamma=2.3809140070063894, delta=0.08874280203939265)
+    model = TwoBlock(1.5302629301914765, 1.8149596500848135, 0.09229373881606577, law)
+    (only,) = attractors(model)
+    assert (only.kind, only.period) == ("periodic", 384)

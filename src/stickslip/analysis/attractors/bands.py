@@ -29,6 +29,7 @@ MAX_STEPS: Final = 2000  # from then on
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
 GROWING: Final = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
+NARROW: Final = "the bands are narrower than can be told"
 UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
 
 
@@ -106,7 +107,10 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
         return replace(alone, intervals=union, reason=reason)
     # What only leads to the bands is left behind: the whole is mapped, too, until it stays.
     whole = _repeated(f, laps, union, slack, MAX_STEPS)
-    return replace(whole, period=_turns(f, laps, whole.intervals, slack)) if whole.period else whole
+    if not whole.period:
+        return whole
+    turns = _turns(f, laps, whole.intervals, slack)
+    return replace(whole, period=turns, reason=whole.reason if turns else NARROW)
 
 
 def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -> Bands:
@@ -159,7 +163,7 @@ def _outside(known: Floats, intervals: Floats, slack: float) -> Floats:
 
 
 def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> int:
-    """Return the greatest common divisor of the lengths of all ways from a band back to itself."""
+    """Return the greatest common divisor of all ways from a band back to itself; 0 for none."""
     steps, waiting, divisor = {0: 0}, [0], 0
     for k in waiting:
         low, high = common(image(f, laps, bands[k : k + 1], slack)[0], *bands.T)
@@ -204,7 +208,7 @@ def _described(
 ) -> Bands:
     again, lost = image(f, laps, intervals, slack)
     if not len(again):
-        return Bands(intervals, period, np.inf, (), "the bands are narrower than can be told")
+        return Bands(intervals, period, np.inf, (), NARROW)
     again = merged(again, APART * domain_width(f))
     distance = np.abs(again.ravel()[:, None] - intervals.ravel())
     residual = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
