@@ -161,7 +161,9 @@ def test_two_jumps_close_together_are_both_found():
     assert [item.d for item in branch_table(f).breakpoints] == pytest.approx([0, 4e-8], abs=1e-18)
 
 
-@pytest.mark.parametrize("flipped", [[], [4, 5, 6], [2, 3], [-2, -1], [-4, -1, 2, 5], [-1, 0, 3, 4]])
+@pytest.mark.parametrize(
+    "flipped", [[], [4, 5, 6], [2, 3], [-2, -1], [-4, -1, 2, 5], [-1, 0, 3, 4]]
+)
 def test_a_jump_at_which_rounding_chooses_the_side_is_found(flipped):
     """Law (9) with a jump within one itinerary took either value on some ten floats about it."""
 

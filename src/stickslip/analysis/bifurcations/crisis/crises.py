@@ -54,6 +54,7 @@ NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are i
 NEARER: Final = 0.2  # of the distance at which a meeting was refuted, to look at it again
 FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width
 SHARES: Final = (0.5, 0.57, 0.41)  # of an interval: where it is cut, outside windows if possible
+SHORT: Final = 0.25  # of an interval: distance of an event beyond its end that sets a scale
 LONG_WINDOW: Final = 128.0  # ... or this many times that, between two of long period
 UNLIKELY: Final = 16.0  # ... or this many times that, towards windows of long period
 MEETINGS: Final = 8  # of edges with orbits beside them that are tried, the closest first
@@ -259,10 +260,9 @@ class _Search:
         """Find the event that comes first, or cut the interval in two."""
         seen = changes(left, right)
         width = right.value - left.value
-        limits = [min(smallest * self._worth(change), self._room(change)) for change in seen]
-        windows = self._windows(left, right)
-        limits += [smallest * self._worth_of_window(period) for period in windows]
-        narrow = width <= min(limits)
+        worths = [self._worth(change) for change in seen]
+        worths += [self._worth_of_window(period) for period in self._windows(left, right)]
+        narrow = width <= smallest * min(worths)
         for change in seen:
             event = self._event(change, BESIDE * width, narrow)
             if event is None:
@@ -303,18 +303,25 @@ class _Search:
         self, left: ParameterPoint, right: ParameterPoint, change: Change | None
     ) -> ParameterPoint:
         """Look at the middle, or beside it if a narrow window of long period is there."""
-        # Such a window hides the chaos around it, from either side. What is lost beside an event
-        # is lost at any distance of the event's scale or more: the middle is that of logarithms.
-        width = right.value - left.value
-        scale = 0.25 if change is None else min(self._room(change) / width, 0.25)
-        from_right = change is not None and change.start is right
+        # Such a window hides the chaos around it, from either side.
         for share in SHARES:
-            way = width * scale**share
-            middle = self._look(right.value - way if from_right else left.value + way)
+            middle = self._look(self._place(left, right, change, share))
             seen = changes(left, middle) + changes(middle, right)
             if not any(c.stop is middle and self._ends_in_window(c) for c in seen):
                 break
         return middle
+
+    def _place(
+        self, left: ParameterPoint, right: ParameterPoint, change: Change | None, share: float
+    ) -> float:
+        """Return a value between; of logarithms where an attractor is lost beside an event."""
+        # It is lost at any distance of the event's own scale or more.
+        width = right.value - left.value
+        scale = np.inf if change is None else self._room(change) / width
+        if change is None or scale >= SHORT:
+            return left.value + share * width
+        way = width * scale**share
+        return right.value - way if change.start is right else left.value + way
 
     def _room(self, change: Change) -> float:
         """Return how far beyond an attractor that is lost the next known bifurcation is."""
