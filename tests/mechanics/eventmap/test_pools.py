@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from tests.mechanics.eventmap.unequal import LAWS, random_models
 from tests.mechanics.flow.systems import random_model
-from tests.reference import laws
-from tests.reference.law9 import Smooth
 
 import stickslip as ss
 from stickslip.mechanics.eventmap.backend import ScalarBackend
@@ -228,33 +226,6 @@ def test_both_sides_of_breakpoints():
     reach = 10.0 ** -np.arange(2, 12)
     near = np.concatenate([low - reach[:, None], low + reach[:, None]]).ravel()
     assert assert_agreement(f, near[np.abs(near) < f.domain[1]]).sum() > 20
-
-
-def test_motions_of_many_events_are_not_handed_over(monkeypatch):
-    # Breaks accumulate at d: nearer to it motions go around an unstable cycle more often.
-    numbers, law = (1.0959, 1.1923402178674560, 0.1775192043541176), (1.9783069511411593, 0.0126)
-    f = ss.event_map(ss.TwoBlock(*numbers, ss.PoppStelter(*law)), threads=1)
-    low, high = 0.412, 0.4135
-    for _ in range(40):
-        middle = np.linspace(low, high, 9)
-        k = int(np.argmax(f.evaluate(middle).n_events))
-        low, high = middle[max(k - 1, 0)], middle[min(k + 1, 8)]
-    reach = 10.0 ** -np.linspace(1, 11, 60)
-    d = np.concatenate([low - reach, low + reach])
-    ok = assert_agreement(f, d)
-    told = f.evaluate(d[ok])
-    long = np.flatnonzero((told.n_events > 40) & (told.status == OK))
-    assert long.size > 30
-    oracle = Smooth(*numbers, laws.PoppStelter(*law))
-    for k in long[:: long.size // 4]:
-        error = float(abs(oracle.motion(float(d[ok][k])).value - float(told.value[k])))
-        assert error <= 1e-14 * max(1.0, abs(told.derivative[k]))
-
-    def refuse(*_, **__):
-        raise AssertionError("handed over")
-
-    monkeypatch.setattr(ScalarBackend, "carry_along", refuse)
-    f.evaluate(d[ok][long])
 
 
 def test_a_motion_does_not_know_its_company():

@@ -2,8 +2,7 @@
 
 # Template (`numerics.targets.instantiate`): steps generated from a law, and the scalar engine's
 # decisions. Three pools hold the motions by which blocks slip; the first `LANES` of the fullest
-# pool step next. A motion that needs a rare decision, or lasts, goes to the scalar engine, from its
-# start.
+# pool step next. A motion that needs a rare decision goes to the scalar engine, from its start.
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
-from stickslip.mechanics.eventmap.records import LONG, Clock, Controls, Outputs, Pools, Tags
+from stickslip.mechanics.eventmap.records import Clock, Controls, Outputs, Pools, Tags
 from stickslip.mechanics.flow.dense import SLACK, clearance, keep_first
 from stickslip.mechanics.flow.lanes import layout as at
 from stickslip.mechanics.flow.system import (
@@ -44,6 +43,9 @@ if TYPE_CHECKING:
 
     CHANGING = False  # whether tangents go with a parameter, not with the start
 
+# From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
+# steps, which are smaller there, grow more than those of the start.
+LONG = 40
 # Pools by which block rides: one of them, or none. Its row of numbers is in the order of blocks.
 BOTH_SLIP = 2
 # A force nearer its limit, in units of EPSILON times the terms that make it up, is a tie.

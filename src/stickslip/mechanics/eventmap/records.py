@@ -14,9 +14,6 @@ from stickslip.mechanics.flow._lane_kernels import CoulombConstants
 from stickslip.mechanics.flow.blocks.system import RowChanges, Rows, sparse_changes
 from stickslip.mechanics.flow.system import Floats, Ints, Motion
 
-# From this many events on a motion of two blocks is one that lasts: it may never return.
-LONG = 256
-
 
 class Controls(NamedTuple):
     """Tolerance of the adaptive engine and the limits of a motion."""
