@@ -23,7 +23,6 @@ from stickslip.status import OK
 BLOCKS = {"alpha": (0.1, 3), "beta": (0.5, 2), "V": (0.005, 0.3)}
 MU = (0.05, 0.9)
 LAW9 = {"gamma": (0.3, 4), "delta": (0, 0.5), "eta": (0, 0.1)}
-MANY = 40  # phases: enclosed slopes are twice as wide after each, and boxes are cut no further
 TOLERANCE = {"coulomb": 1e-14, "popp-stelter": 1e-13}  # the design's, times kappa
 
 
@@ -127,8 +126,6 @@ def compared(rng, model, middle, width):
     low, high = map(arb, box.value)
     assert low <= lowest
     assert highest <= high
-    if len(motions[0].itinerary.split()) > MANY:
-        return None
     rounding = 2 * np.spacing(np.abs(box.value)).max()  # outward, to floats
     return float((high - low - rounding) / (highest - lowest))
 

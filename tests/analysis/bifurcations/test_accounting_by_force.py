@@ -10,7 +10,6 @@ from stickslip.analysis.bifurcations.bifurcations import bifurcations
 PERIOD = 3  # longest that is asked for
 STARTS = 31
 RECURS = 1e-7
-SLOW = -0.999  # multiplier of orbits that look like twice their period for thousands of steps
 BESIDE = 1e-3  # of the range: closer to something listed transients are too long to tell
 
 
@@ -33,16 +32,13 @@ def settled(step, x, n, longest=64):
 
 
 def stable_periods(found, q):
-    """Periods of the branches that are stable at a value; twice those that flip slowly, too."""
+    """Periods of the branches that are stable at a value."""
     periods = set()
     for branch in found.curves:
         values, stable = np.asarray(branch.values), np.asarray(branch.stable)
         here = (values[:-1] - q) * (values[1:] - q) < 0
-        here &= stable[:-1] & stable[1:]
-        if here.any():
+        if (here & stable[:-1] & stable[1:]).any():
             periods.add(branch.period)
-            slow = np.asarray(branch.multipliers)[:-1][here].min() < SLOW
-            periods |= {2 * branch.period} if slow else set()
     return periods
 
 
