@@ -2,7 +2,8 @@
 
 # Template (`numerics.targets.instantiate`): steps generated from a law, and the scalar engine's
 # decisions. Three pools hold the motions by which blocks slip; the first `LANES` of the fullest
-# pool step next. A motion that needs a rare decision goes to the scalar engine, from its start.
+# pool step next. A motion that needs a rare decision, or lasts, goes to the scalar engine, from its
+# start.
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
-from stickslip.mechanics.eventmap.records import Clock, Controls, Outputs, Pools, Tags
+from stickslip.mechanics.eventmap.records import LONG, Clock, Controls, Outputs, Pools, Tags
 from stickslip.mechanics.flow.dense import SLACK, clearance, keep_first
 from stickslip.mechanics.flow.lanes import layout as at
 from stickslip.mechanics.flow.system import (
@@ -43,9 +44,10 @@ if TYPE_CHECKING:
 
     CHANGING = False  # whether tangents go with a parameter, not with the start
 
-# From this many events on the scalar engine follows a motion: it may be on a cycle, and errors of
-# steps, which are smaller there, grow more than those of the start.
-LONG = 40
+# With this many events a motion begins again with finer steps: what steps leave out is a rounding
+# of the start at first, and may grow more on the way than the start does.
+MANY = 40
+FINER = 1e-2  # of `rtol`
 # Pools by which block rides: one of them, or none. Its row of numbers is in the order of blocks.
 BOTH_SLIP = 2
 # A force nearer its limit, in units of EPSILON times the terms that make it up, is a tie.
@@ -70,8 +72,6 @@ def advance_orbits(
     for block in range(2):
         steady = force(laws[block], BACKWARD, abs(pair[at.BELT]))
         pair[at.STEADY + block] = pair[at.LIMIT + block] * steady
-    # The first term left out is about rtol^(1 / ORDER) times the last one kept.
-    log_rtol = math.log2(controls.rtol) * (at.ORDER / (at.ORDER + 1.0))
     pools.counts[:] = 0
     point, n_ready = start, 0
     while True:
@@ -83,11 +83,11 @@ def advance_orbits(
             else:
                 row = point
                 point += 1
-            active += begin(pools, orbits, filled, outputs, row)
+            active += begin(pools, orbits, filled, outputs, row, controls.rtol)
         pool = fullest(pools)
         if pools.counts[pool] == 0:
             break
-        step(pools, pool, log_rtol)
+        step(pools, pool)
         for k in range(find_flagged(pools, pool) - 1, -1, -1):
             lane = pools.flagged[k]
             row = meet(laws, pools, controls, watch, orbits, filled, outputs, pool, lane)
@@ -107,18 +107,18 @@ def fullest(pools: Pools) -> int:
 
 
 @kernel(inline=True)
-def step(pools: Pools, pool: int, log_rtol: float) -> None:
+def step(pools: Pools, pool: int) -> None:
     """Take one step in every lane of a pool."""
     x, taken, numbers = pools.x[pool], pools.taken, pools.numbers[pool]
     tangents = pools.motion.tangent_w.shape[1] > 0
     if pool == BOTH_SLIP:
-        step_both(x, taken, pools.laws[0], pools.laws[1], numbers, log_rtol)
+        step_both(x, taken, pools.laws[0], pools.laws[1], numbers)
         if tangents:
-            tangent_both(x, taken, pools.laws[0], pools.laws[1], numbers, log_rtol)
+            tangent_both(x, taken, pools.laws[0], pools.laws[1], numbers)
         return
-    step_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers, log_rtol)
+    step_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers)
     if tangents:
-        tangent_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers, log_rtol)
+        tangent_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers)
 
 
 @kernel(inline=True)
@@ -139,6 +139,7 @@ def begin(
     filled: NDArray[np.int64],
     outputs: Outputs,
     row: int,
+    rtol: float,
 ) -> int:
     """Start the next motion of a row, if it has one for the lanes; return 1 if it has."""
     last = orbits.shape[1] - 1
@@ -153,8 +154,14 @@ def begin(
         return 0
     code = mode_code(motion)
     tags = Tags(row, 0, code, 1 if motion.mode[0] != 0 else 2, hashed(np.uint64(1), code))
-    enter(pools, tags, Clock(0.0, 0.0, math.inf))
+    enter(pools, tags, Clock(0.0, 0.0, math.inf, last_term(rtol)))
     return 1
+
+
+@kernel(inline=True)
+def last_term(rtol: float) -> float:
+    """log2 of the last terms kept: the first one left out is about rtol^(1 / ORDER) times these."""
+    return math.log2(rtol) * (at.ORDER / (at.ORDER + 1.0))
 
 
 @kernel(inline=True)
@@ -212,6 +219,7 @@ def enter(pools: Pools, tags: Tags, clock: Clock) -> None:
     x[at.STEPS + lane] = clock.steps
     x[at.DURATION + lane] = clock.duration
     x[at.MARGIN + lane] = clock.margin
+    x[at.LAST_TERM + lane] = clock.last_term
     pools.tags[pool, lane, 0] = tags.row
     pools.tags[pool, lane, 1] = tags.n_events
     pools.tags[pool, lane, 2] = tags.code
@@ -267,7 +275,7 @@ def meet(
     if here != before:
         margin = min(margin, phase)
     label = pools.labels[pool, lane]
-    clock = Clock(x[at.STEPS + lane], duration, margin)
+    clock = Clock(x[at.STEPS + lane], duration, margin, x[at.LAST_TERM + lane])
     leave(pools, pool, lane)
     new_code = mode_code(motion)
     if new_code != code:
@@ -280,6 +288,8 @@ def meet(
         return row
     if n_events >= min(LONG, controls.max_events):
         outputs.status[row] = at.HANDED_OVER
+    elif n_events == MANY and clock.last_term == last_term(controls.rtol):
+        begin(pools, orbits, filled, outputs, row, FINER * controls.rtol)
     else:
         enter(pools, Tags(row, n_events, new_code, here, label), clock)
     return -1

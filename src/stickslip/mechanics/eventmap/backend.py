@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.mechanics.eventmap.itinerary import itinerary_text
 from stickslip.mechanics.eventmap.loop import new_loop
 from stickslip.mechanics.eventmap.records import (
+    LONG,
     START,
     Controls,
     Outputs,
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 SMALLEST_TILE = {"exact": 4000, "taylor": 64, "series": 64, "collocation": 16}
 NO_ITINERARY = np.zeros((0, 2), dtype=np.int8)
 NO_TRAPS = np.zeros((0, 0))
-# From this many events on a motion is asked whether it has come into a trap.
-LONG = 256
 
 
 class Backend(Protocol):

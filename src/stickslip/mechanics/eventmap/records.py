@@ -14,6 +14,9 @@ from stickslip.mechanics.flow._lane_kernels import CoulombConstants
 from stickslip.mechanics.flow.blocks.system import RowChanges, Rows, sparse_changes
 from stickslip.mechanics.flow.system import Floats, Ints, Motion
 
+# From this many events on a motion of two blocks is one that lasts: it may never return.
+LONG = 256
+
 
 class Controls(NamedTuple):
     """Tolerance of the adaptive engine and the limits of a motion."""
@@ -89,6 +92,7 @@ class Clock(NamedTuple):
     steps: float
     duration: float
     margin: float
+    last_term: float  # log2 of what the last terms of a step may be
 
 
 class SectionChanges(NamedTuple):

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.backend import LONG, NO_TRAPS, ScalarBackend
-from stickslip.mechanics.eventmap.records import Controls, new_outputs
+from stickslip.mechanics.eventmap.backend import NO_TRAPS, ScalarBackend
+from stickslip.mechanics.eventmap.records import LONG, Controls, new_outputs
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.system import BACKWARD, STICK
 from stickslip.status import EVENT_LIMIT

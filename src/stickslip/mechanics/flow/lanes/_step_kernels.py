@@ -14,38 +14,34 @@ from stickslip.numerics.vector import wide_vectors
 
 if TYPE_CHECKING:
 
-    def write_step_one(
-        x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, log_rtol: float
-    ) -> None: ...
+    def write_step_one(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None: ...
 
     write_step_both = write_tangent_one = write_tangent_both = write_step_one
 
 
 @kernel(fused=True)
-def step_one(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, log_rtol: float) -> None:
+def step_one(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
     """Step lanes of which the first block slips; the second rides."""
     wide_vectors()
-    write_step_one(x, taken, p, q, c, log_rtol)
+    write_step_one(x, taken, p, q, c)
 
 
 @kernel(fused=True)
-def step_both(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, log_rtol: float) -> None:
+def step_both(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
     """Step lanes of which both blocks slip."""
     wide_vectors()
-    write_step_both(x, taken, p, q, c, log_rtol)
+    write_step_both(x, taken, p, q, c)
 
 
 @kernel(fused=True)
-def tangent_one(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, log_rtol: float) -> None:
+def tangent_one(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
     """Carry derivatives through the step that `step_one` has taken."""
     wide_vectors()
-    write_tangent_one(x, taken, p, q, c, log_rtol)
+    write_tangent_one(x, taken, p, q, c)
 
 
 @kernel(fused=True)
-def tangent_both(
-    x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, log_rtol: float
-) -> None:
+def tangent_both(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
     """Carry derivatives through the step that `step_both` has taken."""
     wide_vectors()
-    write_tangent_both(x, taken, p, q, c, log_rtol)
+    write_tangent_both(x, taken, p, q, c)

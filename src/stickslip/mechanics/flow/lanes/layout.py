@@ -37,8 +37,9 @@ MOST_STEPS = 4000.0
     D_FORCE_2,
     DURATION,
     MARGIN,
+    LAST_TERM,  # log2 of what the last terms of a step may be
     KEPT,  # size of the array
-) = range(0, 15 * PLACES, PLACES)
+) = range(0, 16 * PLACES, PLACES)
 
 # The step that was taken last. SIZE_1, SIZE_2: sums of the sizes of all terms but the constant
 # one, of a speed or of a rider's force.

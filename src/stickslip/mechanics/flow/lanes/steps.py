@@ -84,15 +84,13 @@ class Steps:
 
     # --- values ---------------------------------------------------------------------------
 
-    def step(
-        self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, log_rtol: Any
-    ) -> None:
+    def step(self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
         """Step lanes of which the first block slips, or both do."""
         both = range(n)
         sign = [load(x, SIGN[i]) for i in both]
         force = [load(x, FORCE[i]) for i in range(2)]
         rows, integral = self._speeds([load(x, SPEED[i]) for i in both], sign, force, (p, q), c)
-        power = _power(c, log_rtol, rows, integral)
+        power = _power(c, load(x, at.LAST_TERM), rows, integral)
         h = length(power)
 
         signals = [speed_signal(rows[i], h) for i in both]
@@ -207,9 +205,7 @@ class Steps:
 
     # --- tangents -------------------------------------------------------------------------
 
-    def tangent(
-        self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats, _: Any
-    ) -> None:
+    def tangent(self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
         """Carry derivatives through the step that was taken last."""
         both = range(n)
         sign = [load(x, SIGN[i]) for i in both]
@@ -412,7 +408,7 @@ def integral_of(rows: Rows) -> Terms:
     return {k + 1: rows[0, k] * (1.0 / (k + 1)) for k in range(ORDER)}
 
 
-def _power(c: Floats, log_rtol: Any, rows: Sequence[Rows], integral: Sequence[Terms]) -> Lanes:
+def _power(c: Floats, last_term: Lanes, rows: Sequence[Rows], integral: Sequence[Terms]) -> Lanes:
     """log2 of the step on which the larger of the last two terms of each series is small."""
     power: Any = 0.0
     for k in range(ORDER - 1, ORDER + 1):
@@ -420,7 +416,7 @@ def _power(c: Floats, log_rtol: Any, rows: Sequence[Rows], integral: Sequence[Te
             size_s = abs(rows[i][0, k])
             size_e = c[at.STIFF + i] * abs(integral[i][k])
             size = select(size_s > size_e, size_s, size_e)
-            root = logarithm_of_ratio(log_rtol, size) * (1.0 / k)
+            root = logarithm_of_ratio(last_term, size) * (1.0 / k)
             power = select(root < power, root, power)
     return power
 
@@ -430,12 +426,12 @@ def falling(t: Lanes, terms: Terms, last: int) -> Lanes:
     return polynomial(t, *(terms[k] for k in range(ORDER, last - 1, -1)))
 
 
-def logarithm_of_ratio(log_rtol: Any, size: Lanes) -> Lanes:
+def logarithm_of_ratio(last_term: Lanes, size: Lanes) -> Lanes:
     """log2 of rtol over a size, within 0.01, which is nothing after the root that is taken."""
     size_bits = bits(size)
     exponent = from_bits(size_bits >> 52 | TWO_52) - EXPONENT_ZERO
     fraction = from_bits(size_bits & FRACTION | ONE) - 1.0
-    return log_rtol - exponent - fraction * (1.3465 - 0.3465 * fraction)
+    return last_term - exponent - fraction * (1.3465 - 0.3465 * fraction)
 
 
 def length(power: Lanes) -> Lanes:
