@@ -7,6 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+import stickslip as ss
 from stickslip.analysis.branches.discontinuities import LabelBrackets
 from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.table import branch_table, tables_complete_above
@@ -139,6 +140,36 @@ def test_limits_are_as_sharp_where_less_is_resolved():
     )
     (found,) = branch_table(f, 1e-3).breakpoints
     assert (found.left, found.right) == pytest.approx((np.exp(0.3), np.sin(2.7)), abs=1e-14)
+
+
+@pytest.mark.parametrize("curved", [0.0, 30.0, -3000.0])
+def test_limits_beside_a_graze_are_sharp(curved):
+    """There slopes are s0 + a sqrt(distance), and none is that of the limit."""
+    f = PiecewiseMap(
+        lambda x: np.where(
+            x < 0.3, 0.2 + 2 * (x - 0.3) + curved * np.maximum(0.3 - x, 0) ** 1.5, x - 1
+        ),
+        (0.29, 0.31),
+        derivative=lambda x: np.where(
+            x < 0.3, 2 - 1.5 * curved * np.sqrt(np.maximum(0.3 - x, 0)), 1.0
+        ),
+        breakpoints=[0.3],
+    )
+    (found,) = branch_table(f).breakpoints
+    assert (found.left, found.right) == pytest.approx((0.2, -0.7), abs=1e-16 + 1e-18 * abs(curved))
+    assert found.left_slope == pytest.approx(2, abs=1e-4)
+
+
+def test_a_motion_that_comes_to_rest_for_a_moment_is_one_motion_with_two_returns():
+    """Where a graze ends global stick as it begins, f(f(d-)) = f(d+): law (9), a random system."""
+    f = ss.event_map(
+        ss.TwoBlock(
+            2.9470758852, 0.7554573133, 0.0215292171, ss.PoppStelter(0.6264479105, 0.10146357544)
+        )
+    )
+    graze = min(branch_table(f).breakpoints, key=lambda b: abs(b.d + 0.0226236))
+    assert graze.kind == "jump"
+    assert f(graze.left) == pytest.approx(graze.right, abs=1e-14)
 
 
 @pytest.mark.parametrize("aside", [3e-11, 5e-10, 3e-9, 5e-8, 1e-6])

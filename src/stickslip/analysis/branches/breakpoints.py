@@ -70,10 +70,10 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     values, slopes = (inside.reshape(4, n) for inside in mesh.slopes(x))
     with np.errstate(all="ignore"):
         diverges = _diverges(mesh, slopes)
-        # Linear with the slope at h; s0 + a sqrt(h) + b h suits both sides of a graze.
-        plain = values[0] + slopes[1] * (ends.x - x[:n])
-        value = np.where(diverges, _root_value(values, slopes, inward * h), plain)
+        # s0 + a sqrt(h) + b h suits both sides of a graze; its mean up to the close point is known.
         regular = (8 * slopes[1] - 6 * slopes[2] + slopes[3]) / 3
+        plain = values[0] + (2 * slopes[0] + regular) / 3 * (ends.x - x[:n])
+        value = np.where(diverges, _root_value(values, slopes, inward * h), plain)
         slope = np.where(diverges, np.inf * np.sign(slopes[1]), regular)
         allowed = np.where(diverges, SINGULAR_ROUNDING, ROUNDING) * mesh.value_scale
         exact = np.abs(ends.value - value) <= allowed
