@@ -224,3 +224,20 @@ def test_values_that_scatter_make_no_break():
 
     f = PiecewiseMap(sensitive, (-1.0, 1.0), derivative=slope)
     assert not branch_table(f).breakpoints
+
+
+def test_limits_at_a_bracket_are_those_at_its_ends():
+    """Branches accumulate at 0, ever steeper; what lies within a billionth is not told apart."""
+
+    def f(x):
+        turns = np.log(np.maximum(np.abs(x - 0.1), 1e-300)) / np.log(6.0)
+        return np.where(x < 0.1, 0.2, -0.3) + 0.1 * (turns - np.floor(turns))
+
+    aside = 6.0 ** -np.arange(16)
+    table = branch_table(
+        PiecewiseMap(f, (-1.0, 1.0), breakpoints=sorted([*(0.1 - aside[1:]), *(0.1 + aside[1:])]))
+    )
+    assert "bracketed" in {b.quality for b in table.breakpoints}
+    sides = np.array([(b.left, b.right) for b in table.breakpoints])
+    inside = (np.abs(sides - 0.25) < 0.0501) | (np.abs(sides + 0.25) < 0.0501)
+    assert (inside | np.isnan(sides)).all()

@@ -272,10 +272,12 @@ def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Bre
         return _classify(mesh, cuts.take(~false), hints)
     # One float per break, the first one right of it that has a value; beside 0 it is 0.
     where = np.where((cuts.left.x == 0) | ~cuts.right.ok, cuts.left.x, cuts.right.x)
-    at_first = at_first.moved(np.concatenate([first.x[:1], where]) - first.x)
-    at_last = at_last.moved(np.concatenate([where, last.x[-1:]]) - last.x)
-    segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
+    # What lies within a bracket is not known: there the limits are those at its ends.
     scale = max(abs(end) for end in mesh.f.domain)
+    close = width <= LOCATED * scale
+    at_first = at_first.moved(np.append(0.0, np.where(close, where - cuts.right.x, 0.0)))
+    at_last = at_last.moved(np.append(np.where(close, where - cuts.left.x, 0.0), 0.0))
+    segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
     return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
 
 
