@@ -663,3 +663,17 @@ def test_changes_left_open_for_one_reason_at_many_breaks_are_one_entry():
         ("another", 1.5, 1.75),
     ]
     assert joined[1:] == [apart, other]
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-14, 3e-14])
+def test_noise_of_a_map_hides_nothing(noise):
+    """Values of long motions are off by more than roundings of their size: residuals stay."""
+    family = ss.PiecewiseMap(
+        lambda x, r: r * x * (1 - x) + noise * np.sin(1e14 * x),
+        (0, 1),
+        parameters={"r": 3.2},
+        derivative=lambda x, r: r * (1 - 2 * x),
+    )
+    found = bifurcations(family, "r", (2.9, 3.5), max_period=2)
+    assert_same(found, [(3.0, 1), (1 + np.sqrt(6), 2)])
+    assert not found.unresolved

@@ -123,7 +123,10 @@ def polish(
         todo = todo[moves & ~lost]
         if not todo.size:
             break
-    closed = residual_is_rounding(slopes, residuals, scale, MANY) & ~given_up
+    closed = residual_is_rounding(slopes, residuals, scale, MANY)
+    # Or the map's own, which may be more: a motion's states grow on their way.
+    closed |= (last <= STALLED * scale) & (np.abs(residuals) <= CLOSED * scale).all(axis=1)
+    closed &= ~given_up
     converged = (closed | (last <= enough)) & np.isfinite(steps).all(axis=1) & ~given_up
     # The last residuals still make for one step, which need not be checked.
     points[converged] = (points + steps)[converged]
