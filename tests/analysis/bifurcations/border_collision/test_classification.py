@@ -360,3 +360,19 @@ def test_the_slopes_tell_the_two_cusps_apart(alpha, place, power, slopes, after)
     assert outcome.orbits == "born in pairs"
     assert outcome.before == LocalAttractor("none")
     assert outcome.after == after
+
+
+def test_a_long_way_back_to_a_strong_contraction_has_a_height():
+    """The contraction of all turns of the way would be 1e-453, which is 0."""
+    f = ss.PiecewiseMap(
+        lambda x: np.select(
+            [x < 0, x < 0.1, x < 1], [0.001 * x, 150.5 + x, -0.1 * x], default=x - 1
+        ),
+        (-3, 200),
+        breakpoints=[0.0, 0.1, 1.0],
+    )
+    far = far_image(f, ss.breakpoints(f)[0], side=-1, period=1)
+    assert far.fate == "returns"
+    assert 1 <= far.steps < 152
+    assert far.height * 0.001 ** (152 - far.steps) == pytest.approx(0.05)
+    assert far.slope * 0.001 ** (152 - far.steps) == pytest.approx(-0.1, rel=1e-6)

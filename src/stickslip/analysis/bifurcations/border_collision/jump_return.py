@@ -29,6 +29,7 @@ Fate = Literal["returns", "settles", "leaves", "wanders"]
 
 MAX_STEPS: Final = 20_000
 CLOSE: Final = 1e-7  # of the domain's width: u is linear there, and above rounding
+LEAST: Final = 1e-150  # contraction that is divided out at most: more of it leaves no number
 AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
 LONGEST_CYCLE: Final = 1024  # recognised where the far image settles
 RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves when CLOSE
@@ -176,7 +177,7 @@ class _Walk:
 
 def _returned(far: _Walk, k: int, a: float, period: int) -> FarImage:
     """Divide the contraction of whole turns beside the border out of the way back."""
-    turns = (k - 1) // period
+    turns = min((k - 1) // period, int(math.log(LEAST) / math.log(a)))
     return FarImage(
         period,
         a,
