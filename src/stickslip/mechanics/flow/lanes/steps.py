@@ -427,7 +427,7 @@ def falling(t: Lanes, terms: Terms, last: int) -> Lanes:
 
 
 def logarithm_of_ratio(last_term: Lanes, size: Lanes) -> Lanes:
-    """log2 of rtol over a size, within 0.01, which is nothing after the root that is taken."""
+    """log2 of a last term over a size, within 0.01, which is nothing after the root is taken."""
     size_bits = bits(size)
     exponent = from_bits(size_bits >> 52 | TWO_52) - EXPONENT_ZERO
     fraction = from_bits(size_bits & FRACTION | ONE) - 1.0
