@@ -273,19 +273,20 @@ def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Bre
     # One float per break, the first one right of it that has a value; beside 0 it is 0.
     where = np.where((cuts.left.x == 0) | ~cuts.right.ok, cuts.left.x, cuts.right.x)
     # What lies within a bracket is not known: there the limits are those at its ends.
-    scale = max(abs(end) for end in mesh.f.domain)
-    close = width <= LOCATED * scale
+    close = width <= LOCATED * max(abs(end) for end in mesh.f.domain)
     at_first = at_first.moved(np.append(0.0, np.where(close, where - cuts.right.x, 0.0)))
     at_last = at_last.moved(np.append(np.where(close, where - cuts.left.x, 0.0), 0.0))
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
-    return [_breakpoint(cuts, segments, kinds, scale, i) for i in range(len(cuts))], segments
+    return [_breakpoint(cuts, segments, kinds, close, i) for i in range(len(cuts))], segments
 
 
 def _breakpoint(
-    cuts: Discontinuities, segments: Segments, kinds: NDArray[np.str_], scale: float, i: int
+    cuts: Discontinuities,
+    segments: Segments,
+    kinds: NDArray[np.str_],
+    close: NDArray[np.bool_],
+    i: int,
 ) -> Breakpoint:
-    lo, hi = float(cuts.left.x[i]), float(cuts.right.x[i])
-    close = hi - lo <= LOCATED * scale
     return Breakpoint(
         d=float(segments.where[i]),
         left=float(segments.at_last.value[i]),
@@ -295,8 +296,8 @@ def _breakpoint(
         kind=cast("Kind", str(kinds[i])),
         left_label=int(cuts.left.label[i]),
         right_label=int(cuts.right.label[i]),
-        interval=(lo, hi),
-        quality="located" if close else "bracketed",
+        interval=(float(cuts.left.x[i]), float(cuts.right.x[i])),
+        quality="located" if close[i] else "bracketed",
     )
 
 

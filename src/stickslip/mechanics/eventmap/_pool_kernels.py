@@ -72,6 +72,7 @@ def advance_orbits(
     for block in range(2):
         steady = force(laws[block], BACKWARD, abs(pair[at.BELT]))
         pair[at.STEADY + block] = pair[at.LIMIT + block] * steady
+    allowed = last_term(controls.rtol)
     pools.counts[:] = 0
     point, n_ready = start, 0
     while True:
@@ -83,7 +84,7 @@ def advance_orbits(
             else:
                 row = point
                 point += 1
-            active += begin(pools, orbits, filled, outputs, row, controls.rtol)
+            active += begin(pools, orbits, filled, outputs, row, allowed)
         pool = fullest(pools)
         if pools.counts[pool] == 0:
             break
@@ -139,7 +140,7 @@ def begin(
     filled: NDArray[np.int64],
     outputs: Outputs,
     row: int,
-    rtol: float,
+    allowed: float,
 ) -> int:
     """Start the next motion of a row, if it has one for the lanes; return 1 if it has."""
     last = orbits.shape[1] - 1
@@ -154,7 +155,7 @@ def begin(
         return 0
     code = mode_code(motion)
     tags = Tags(row, 0, code, 1 if motion.mode[0] != 0 else 2, hashed(np.uint64(1), code))
-    enter(pools, tags, Clock(0.0, 0.0, math.inf, last_term(rtol)))
+    enter(pools, tags, Clock(0.0, 0.0, math.inf, allowed))
     return 1
 
 
@@ -289,7 +290,7 @@ def meet(
     if n_events >= min(LONG, controls.max_events):
         outputs.status[row] = at.HANDED_OVER
     elif n_events == MANY and clock.last_term == last_term(controls.rtol):
-        begin(pools, orbits, filled, outputs, row, FINER * controls.rtol)
+        begin(pools, orbits, filled, outputs, row, last_term(FINER * controls.rtol))
     else:
         enter(pools, Tags(row, n_events, new_code, here, label), clock)
     return -1
