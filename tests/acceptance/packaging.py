@@ -120,13 +120,14 @@ def readme_python() -> list[str]:
 
 def use_of(extra: str) -> str:
     """Return a script that uses the core (no extra) or what an extra offers."""
-    *core, proofs = readme_python()
+    proofs = [block for block in readme_python() if "certify" in block]
+    core = [block for block in readme_python() if block not in proofs]
     return (
         BEFORE
         + {
             "": "\n".join([*core, REPRODUCE, SAYS_WHAT_IS_MISSING]),
             "app": APP,
-            "certify": "model = ss.examples.coulomb()\n" + proofs,
+            "certify": "\n".join(["model = ss.examples.coulomb()", *proofs]),
             "jax": JAX,
             "sweep": SWEEP + SAYS_CLUSTER_IS_MISSING,
             "cluster": SWEEP + CLUSTER,

@@ -8,12 +8,16 @@ from hypothesis import strategies as st
 from stickslip.analysis.orbits.newton import polish
 
 
+def unlabelled(x):
+    return np.zeros(x.shape, dtype=np.uint64)
+
+
 def solve(slopes, offsets, guess):
     """One orbit of x -> slopes[i] x + offsets[i]; the branch is given by the place."""
     p = len(slopes)
     slopes, offsets = np.array(slopes), np.array(offsets)
     return polish(
-        lambda k, x: (slopes[k % p] * x + offsets[k % p], slopes[k % p], 0),
+        lambda k, x: (slopes[k % p] * x + offsets[k % p], slopes[k % p], unlabelled(x)),
         np.full((1, p), guess),
         np.full((1, p), -1e9),
         np.full((1, p), 1e9),
@@ -52,7 +56,7 @@ def test_a_multiplier_of_one_is_not_solved():
 
 def test_points_stay_between_their_bounds():
     found = polish(
-        lambda k, x: (2 * x - 1.0, np.full_like(x, 2.0), 0),
+        lambda k, x: (2 * x - 1.0, np.full_like(x, 2.0), unlabelled(x)),
         np.array([[0.2]]),
         np.array([[0.0]]),
         np.array([[0.5]]),
@@ -65,7 +69,7 @@ def test_points_stay_between_their_bounds():
 def test_superstable_orbits():
     # x -> 1 - x^2 + ... with a point on the turning point: 0 -> 1 -> 0.
     found = polish(
-        lambda k, x: (1 - x**2, -2 * x, 0),
+        lambda k, x: (1 - x**2, -2 * x, unlabelled(x)),
         np.array([[0.1, 0.9]]),
         np.full((1, 2), -2.0),
         np.full((1, 2), 2.0),
@@ -80,7 +84,7 @@ def test_a_point_stuck_at_an_infinite_slope_is_no_solution():
         lambda k, x: (
             0.7 + np.sqrt(np.maximum(x - 0.5, 0)),
             0.5 / np.sqrt(np.maximum(x - 0.5, 1e-300)),
-            0,
+            unlabelled(x),
         ),
         np.array([[0.5]]),
         np.array([[0.5]]),

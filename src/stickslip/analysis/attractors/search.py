@@ -122,9 +122,11 @@ class AttractorSearch:
     def _drop_left(self, moving: Any, tails: Floats) -> tuple[Any, Floats]:
         gone = ~np.isfinite(tails[:, -1])
         self.fate[moving[gone]] = -2
-        for tail in tails[gone]:
-            code = int(sample(self.fast, tail[np.isfinite(tail)][-1:]).status[0])
-            self.statuses[code] = self.statuses.get(code, 0) + 1
+        lost = tails[gone]
+        last = lost[np.arange(len(lost)), np.isnan(lost).argmax(axis=1) - 1]
+        codes, counts = np.unique(sample(self.fast, last).status, return_counts=True)
+        for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
+            self.statuses[code] = self.statuses.get(code, 0) + count
         return moving[~gone], tails[~gone]
 
     def _drop_captured(self, moving: Any, tails: Floats) -> tuple[Any, Floats]:

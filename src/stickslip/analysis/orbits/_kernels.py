@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.numerics.targets import kernel
 
@@ -11,8 +11,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats, Labels
 
+    Bools = NDArray[np.bool_]
     Counts = NDArray[np.intp]
 
 
@@ -47,24 +48,89 @@ def cyclic_row(s: Floats, b: Floats, y: Floats) -> None:
             y[j] = now
 
 
+class NewtonStates(NamedTuple):
+    """Newton's method for k orbits (k, P) of their own periods, between its steps."""
+
+    periods: Counts
+    guess: Floats
+    lower: Floats  # bounds of the points
+    upper: Floats
+    points: Floats
+    slopes: Floats
+    residuals: Floats
+    steps: Floats
+    labels: Labels
+    last: Floats  # size of the last step, (k,)
+    moving: Bools
+    given_up: Bools
+
+
+class NewtonLimits(NamedTuple):
+    """When Newton's method ends; lengths in units of the points."""
+
+    singular: float  # distance of a multiplier from 1
+    rounding: float  # of a value
+    steepest: float  # slope that may excuse a residual
+    enough: float  # a step no longer is the last one
+    stalled: float  # steps that are shorter must go on shrinking by `shrinking`
+    shrinking: float
+    contraction: float  # of longer steps, each against the one before
+    trust_radius: float
+
+
 @kernel
-def newton_rows(
-    s: Floats,
-    b: Floats,
-    periods: Counts,
-    rounding: tuple[float, float, float],
-    y: Floats,
-    is_done: NDArray[np.bool_],
+def newton_step(
+    states: NewtonStates, limits: NewtonLimits, value: Floats, slope: Floats, label: Labels
 ) -> None:
-    """Newton's step of each row, NaN where there is none; `is_done`: no step can improve it."""
-    singular, allowed, steepest = rounding
-    for k in range(len(s)):
-        product, finite, small = 1.0, True, True
-        for j in range(periods[k]):
-            product = product * s[k, j]
-            finite = finite and math.isfinite(s[k, j])
-            small = small and abs(b[k, j]) <= allowed * (1 + min(abs(s[k, j]), steepest))
-        is_done[k] = small and finite
-        y[k, : periods[k]] = math.nan
-        if finite and not abs(product - 1) <= singular:
-            cyclic_row(s[k, : periods[k]], b[k, : periods[k]], y[k, : periods[k]])
+    """Take in the map at all points of the orbits that move, in turn, and move them on."""
+    start = 0
+    for k in range(len(states.periods)):
+        if states.moving[k]:
+            stop = start + states.periods[k]
+            for j in range(states.periods[k]):
+                states.slopes[k, j] = slope[start + j]
+                states.labels[k, j] = label[start + j]
+            step_of_orbit(states, limits, k, value[start:stop])
+            start = stop
+
+
+@kernel
+def step_of_orbit(states: NewtonStates, limits: NewtonLimits, k: int, value: Floats) -> None:
+    """Move one orbit by Newton's step, if there is one, or let it rest."""
+    period = states.periods[k]
+    points, slope = states.points[k, :period], states.slopes[k, :period]
+    residuals, step = states.residuals[k, :period], states.steps[k, :period]
+    product, finite, is_rounding = 1.0, True, True
+    for j in range(period):
+        residuals[j] = value[j] - points[(j + 1) % period]
+        product = product * slope[j]
+        finite = finite and math.isfinite(slope[j])
+        allowed = limits.rounding * (1 + min(abs(slope[j]), limits.steepest))
+        is_rounding = is_rounding and abs(residuals[j]) <= allowed
+    step[:] = math.nan  # to be taken away
+    if finite and not abs(product - 1) <= limits.singular:
+        cyclic_row(slope, residuals, step)
+    size, before = largest(step), states.last[k]
+    states.last[k] = size
+    # Not if NaN: the orbit is lost.
+    moves = not (is_rounding and finite) and size > max(limits.rounding, limits.enough)
+    # Small steps that shrink no more are the rounding of the map itself.
+    moves = moves and (size > limits.stalled or size < limits.shrinking * before)
+    lost = moves and size > limits.stalled and not size <= limits.contraction * before
+    if moves:
+        for j in range(period):
+            points[j] = min(max(points[j] - step[j], states.lower[k, j]), states.upper[k, j])
+            lost = lost or abs(points[j] - states.guess[k, j]) > limits.trust_radius
+    states.given_up[k] = lost
+    states.moving[k] = moves and not lost
+
+
+@kernel
+def largest(row: Floats) -> float:
+    """Return the largest size of some numbers, NaN if one is."""
+    size = 0.0
+    for x in row:
+        if math.isnan(x):
+            return math.nan
+        size = max(size, abs(x))
+    return size

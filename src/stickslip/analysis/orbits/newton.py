@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, sample
-from stickslip.analysis.orbits._kernels import cyclic_rows, newton_rows
+from stickslip.analysis.orbits._kernels import NewtonLimits, NewtonStates, cyclic_rows, newton_step
 from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.orbit import orbit_of
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 MAX_NEWTON: Final = 20
 EPS: Final = float(np.finfo(np.float64).eps)
 STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking
+SHRINKING: Final = 0.25  # ... by this factor
 SAME: Final = 1e-9  # of the points' size: those of one orbit that coincide
 STEEPEST: Final = 1e7  # slope beyond which rounding of a point is no excuse for a residual
 MANY: Final = 64.0  # roundings that may add up in a value of the map
@@ -40,7 +41,7 @@ FARTHEST: Final = 10.0  # sizes of an orbit: steps beyond leave out the blind di
 
 # Values, slopes and labels at points, whose places in the flattened array come first.
 Evaluate: TypeAlias = Callable[
-    ["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats", "Labels | int"]
+    ["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats", "Labels"]
 ]
 
 
@@ -88,40 +89,35 @@ def polish(
     """Solve f(x_i) = x_(i+1) for all points of many orbits (n, P), kept between two bounds."""
     # Given up: further than `trust_radius` from the guess, or steps that do not contract so.
     # A step no longer than `enough` is the last: the next would be its square.
-    n, width = guess.shape
+    (n, width), new = guess.shape, np.zeros_like
     periods = np.full(n, width) if periods is None else periods
     used = np.arange(width) < periods[:, None]
-    lower, upper = np.broadcast_to(lower, guess.shape), np.broadcast_to(upper, guess.shape)
+    guess, lower, upper = map(np.ascontiguousarray, np.broadcast_arrays(guess, lower, upper))
     points = np.clip(guess if start is None else start, lower, upper)
-    slopes, residuals, steps = np.ones(guess.shape), np.zeros(guess.shape), np.zeros(guess.shape)
-    labels = np.zeros(guess.shape, dtype=np.uint64)
-    rounding = EPS, EPS * scale, STEEPEST
-    last, given_up, todo = np.full(n, np.inf), np.zeros(n, dtype=bool), np.arange(n)
+    slopes, residuals, steps = np.ones_like(guess), new(guess), new(guess)
+    labels, last = new(guess, dtype=np.uint64), np.full(n, np.inf)
+    moving, given_up = np.ones(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
+    states = NewtonStates(
+        periods,
+        guess,
+        lower,
+        upper,
+        points,
+        slopes,
+        residuals,
+        steps,
+        labels,
+        last,
+        moving,
+        given_up,
+    )
+    limits = NewtonLimits(
+        EPS, EPS * scale, STEEPEST, enough, STALLED * scale, SHRINKING, contraction, trust_radius
+    )
     for _ in range(MAX_NEWTON):
-        places = np.flatnonzero(used[todo])
-        row, column = np.divmod(places, width)
-        at = todo[row], column
-        value, slopes[at], labels[at] = evaluate(todo[row] * width + column, points[at])
-        residuals[at] = value - points[at[0], (column + 1) % periods[at[0]]]
-        step, is_done = np.zeros((len(todo), width)), np.zeros(len(todo), dtype=np.bool_)
-        newton_rows(slopes[todo], -residuals[todo], periods[todo], rounding, step, is_done)
-        steps[todo], moves = step, ~is_done
-        with np.errstate(invalid="ignore"):
-            size = np.abs(step).max(axis=1, initial=0.0)
-            moves &= size > max(EPS * scale, enough)  # not if NaN: the orbit is lost
-            # Small steps that shrink no more are the rounding of the map itself.
-            moves &= (size > STALLED * scale) | (size < 0.25 * last[todo])
-            lost = moves & (size > STALLED * scale) & ~(size <= contraction * last[todo])
-            last[todo] = size
-        going = todo[moves]
-        moved = points[going] + step[moves]
-        points[going] = np.minimum(np.maximum(moved, lower[going]), upper[going])
-        if np.isfinite(trust_radius):
-            away = np.where(used[todo], np.abs(points[todo] - guess[todo]), 0.0)
-            lost |= moves & (away.max(axis=1) > trust_radius)
-        given_up[todo[lost]] = True
-        todo = todo[moves & ~lost]
-        if not todo.size:
+        places = np.flatnonzero(used & moving[:, None])
+        newton_step(states, limits, *evaluate(places, points.ravel()[places]))
+        if not moving.any():
             break
     closed = residual_is_rounding(slopes, residuals, scale, MANY)
     # Or the map's own, which may be more: a motion's states grow on their way.
@@ -129,7 +125,7 @@ def polish(
     closed &= ~given_up
     converged = (closed | (last <= enough)) & np.isfinite(steps).all(axis=1) & ~given_up
     # The last residuals still make for one step, which need not be checked.
-    points[converged] = (points + steps)[converged]
+    points[converged] = (points - steps)[converged]
     points = np.where(used, np.clip(points, lower, upper), np.nan)
     return Polished(
         periods,

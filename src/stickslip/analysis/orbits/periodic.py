@@ -280,9 +280,11 @@ class _Search:
         lo, hi = self.table.f.domain
         lower = np.maximum(np.minimum(brackets.left, brackets.right)[:, :-1] - slack, lo)
         upper = np.minimum(np.maximum(brackets.left, brackets.right)[:, :-1] + slack, hi)
-        return polish(
-            lambda k, x: (*self.laps.evaluate(lap[k], x), 0), points, lower, upper, self.scale
-        )
+
+        def evaluate(k: Indices, x: Floats) -> tuple[Floats, Floats, Labels]:
+            return *self.laps.evaluate(lap[k], x), np.zeros(len(k), dtype=np.uint64)
+
+        return polish(evaluate, points, lower, upper, self.scale)
 
     def _shrunk(self, brackets: Brackets) -> Brackets:
         """Halve brackets by following their middles, down to adjacent floats."""
