@@ -92,7 +92,8 @@ def polish(
     (n, width), new = guess.shape, np.zeros_like
     periods = np.full(n, width) if periods is None else periods
     used = np.arange(width) < periods[:, None]
-    guess, lower, upper = map(np.ascontiguousarray, np.broadcast_arrays(guess, lower, upper))
+    guess = np.ascontiguousarray(guess)
+    lower, upper = (np.array(np.broadcast_to(ends, guess.shape)) for ends in (lower, upper))
     points = np.clip(guess if start is None else start, lower, upper)
     slopes, residuals, steps = np.ones_like(guess), new(guess), new(guess)
     labels, last = new(guess, dtype=np.uint64), np.full(n, np.inf)
