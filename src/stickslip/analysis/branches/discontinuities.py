@@ -27,7 +27,8 @@ MAX_ROUNDS: Final = 200  # each halves at least: 65 suffice from any domain to F
 TRUSTED: Final = 0.25  # of the bracket: the two sides' forecasts must agree better
 RESTED: Final = 4  # rounds: by chance one in sixteen
 CLOSE: Final = 1e-3  # of the bracket: ten halvings at once, or a second value to forecast from
-FEW: Final = 8  # floats between the ends of a bracket that are looked at together
+FEW: Final = 8  # floats, or parts of a bracket, that are looked at together
+TOGETHER: Final = 64  # points that take hardly longer than one
 ASIDE: Final = 2.0  # of their disagreement, to either side: expected to hold the change
 MAX_SUSPECTS: Final = 256  # breaks without a label that are followed
 CROWD: Final = 4  # cuts within the resolution: events that flicker at a tie make two or three
@@ -56,69 +57,82 @@ class Brackets:
         self.old_left, self.old_right = left.copy(), right.copy()
 
     def narrow(self, k: Indices) -> None:
-        """Look at one point of some of the brackets, or at more."""
+        """Look at points inside some of the brackets: the more of them, the fewer in each."""
         width = self.right.x[k] - self.left.x[k]
-        trials = self._trials(k)
+        trials, foretold = self._trials(k)
         asked = np.isfinite(trials)
-        nodes, done = self.probe(trials[asked]), 0
-        for row in asked[asked.any(axis=1)]:
-            brackets = k[row]
-            self.take_in(brackets, nodes.take(slice(done, done + len(brackets))))
-            done += len(brackets)
+        self.take_in(k[asked.nonzero()[0]], self.probe(trials[asked]))
         # A forecast that gains less than halving would is not followed twice.
-        self.halve_next[k] = asked[1] & (self.right.x[k] - self.left.x[k] > 0.5 * width)
+        self.halve_next[k] = foretold & (self.right.x[k] - self.left.x[k] > 0.5 * width)
 
     def take_in(self, k: Indices, nodes: Nodes) -> None:
-        """Move an end of each bracket that a new point is inside of."""
+        """Move the ends of brackets to new points inside of them; of one bracket in order."""
         inside = (nodes.x > self.left.x[k]) & (nodes.x < self.right.x[k])
         k, nodes = k[inside], nodes.take(inside)
+        if not k.size:
+            return
         as_left = self._is_left(k, nodes)
-        self._move(k, nodes, as_left)
+        begins = np.append(True, k[1:] != k[:-1])
+        passed: Indices = np.cumsum(~as_left) - ~as_left  # points on the right side
+        passed = passed - passed[begins][np.cumsum(begins) - 1]  # ... of this bracket
+        leads = as_left & (passed == 0)
+        leads &= ~np.append(leads[1:] & ~begins[1:], False)  # the last of them
+        ends = ~as_left & (passed == 0)
+        self.rests[:, k[begins]] += 1
+        self._move((k[leads], nodes.take(leads)), (k[ends], nodes.take(ends)))
 
     def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
         """Tell which points are on the left side of the change."""
         raise NotImplementedError
 
-    def _move(self, k: Indices, nodes: Nodes, as_left: Bools) -> None:
-        i, j = k[as_left], k[~as_left]
-        self.rests[:, k] += 1
+    def _move(self, left: tuple[Indices, Nodes], right: tuple[Indices, Nodes]) -> None:
+        (i, new_left), (j, new_right) = left, right
         self.rests[0, i] = self.rests[1, j] = 0
         if i.size:
             self.old_left.put(i, self.left.take(i))
-            self.left.put(i, nodes.take(as_left))
+            self.left.put(i, new_left)
         if j.size:
             self.old_right.put(j, self.right.take(j))
-            self.right.put(j, nodes.take(~as_left))
+            self.right.put(j, new_right)
 
-    def _trials(self, k: Indices) -> Floats:
-        """Choose points per bracket, a column: its middle, two around a forecast, or all floats."""
+    def _trials(self, k: Indices) -> tuple[Floats, Bools]:
+        """Choose points, ascending in a row for each bracket, and tell which are around forecasts.
+
+        Others cut it into equal parts; of a narrow one all floats are taken.
+        """
         lower, upper = self.left.x[k], self.right.x[k]
         centre, reach = self._forecast(k)
         ulp = np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
         with np.errstate(invalid="ignore"):
             reach = np.maximum(ASIDE * reach, 2 * ulp)
-            first, second = centre - reach, centre + reach
-            trusted = (first > lower) & (second < upper) & (reach < TRUSTED * (upper - lower))
-        trusted &= ~(self.halve_next[k] | (lower < 0) & (upper > 0))  # `midpoint` tries 0 first
-        trials = np.full((FEW - 1, len(k)), np.nan)
-        trials[0] = np.where(trusted, first, self._middle(k))
-        trials[1, trusted] = second[trusted]
+            foretold = (centre >= lower) & (centre <= upper) & (reach < TRUSTED * (upper - lower))
+        foretold &= ~(self.halve_next[k] | (lower < 0) & (upper > 0))  # floats are dense beside 0
+        trials = self._parts(k)
+        trials[foretold] = np.nan
+        trials[foretold, :2] = (centre + np.outer([-1, 1], reach)).T[foretold]
         ulp = np.spacing(np.minimum(np.abs(lower), np.abs(upper)))
         few = upper - lower <= FEW * ulp
-        if few.any():
-            floats = lower + ulp * np.arange(1, FEW)[:, None]
-            trials[:, few] = np.where(floats < upper, floats, np.nan)[:, few]
-        return trials
+        trials[few] = (lower + ulp * np.arange(1, FEW)[:, None]).T[few]
+        trials[(trials <= lower[:, None]) | (trials >= upper[:, None])] = np.nan
+        return trials, foretold
 
-    def _middle(self, k: Indices) -> Floats:
-        """Halve, but step close to an end that has rested: it moves at last, or meets the other."""
+    def _parts(self, k: Indices) -> Floats:
+        """Cut into equal parts, but step close to an end that has rested: it moves at last."""
         lower, upper = self.left.x[k], self.right.x[k]
+        # In a gap a point costs much.
+        many = min(max(TOGETHER // len(k), 1), FEW - 1)
+        n = np.where(self.left.ok[k] & self.right.ok[k], many, 1)[:, None]
+        place = np.arange(1, FEW)
+        points = lower[:, None] + (upper - lower)[:, None] * (place / (n + 1))
+        points[place > n] = np.nan
+        crossing = (lower < 0) & (upper > 0)
+        points[crossing], points[crossing, 0] = np.nan, 0.0
         step = CLOSE * (upper - lower)
-        middle = midpoint(lower, upper)
-        beside = np.where(self.rests[0, k] >= RESTED, lower + step, middle)
-        beside = np.where(self.rests[1, k] >= RESTED, upper - step, beside)
-        wide = step > np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
-        return np.where(wide, beside, middle)
+        wide = (step > np.spacing(np.maximum(np.abs(lower), np.abs(upper)))) & ~crossing
+        from_left, from_right = wide & (self.rests >= RESTED)[:, k]
+        points[from_left, 0] = (lower + step)[from_left]
+        points[from_right, n[from_right, 0] - 1] = (upper - step)[from_right]
+        return points
 
     def _forecast(self, k: Indices) -> tuple[Floats, Floats]:
         """Where the margins of both sides vanish together, and how well they agree on it."""
@@ -135,35 +149,58 @@ class Brackets:
         return centre, apart[best, column]
 
 
-class LabelBrackets(Brackets):
-    """Brackets of label changes; where branches crowd, the mesh is resolved less."""
+class _MeshBrackets(Brackets):
+    """Brackets on a mesh."""
 
     def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
         super().__init__(mesh.probe, left, right)
-        self.mesh, nodes = mesh, mesh.nodes
-        # Two points of either side foretell the change.
-        self.old_left = nodes.take(np.maximum(np.searchsorted(nodes.x, left.x) - 1, 0))
-        after = np.searchsorted(nodes.x, right.x) + 1
-        self.old_right = nodes.take(np.minimum(after, len(nodes) - 1))
+        self.mesh = mesh
 
     def close(self) -> None:
         """Narrow all brackets to adjacent floats."""
         for _ in range(MAX_ROUNDS):
             apart = are_apart(self.mesh, self.left.x, self.right.x)
-            active = np.flatnonzero(apart & ~self._between_slivers())
+            active = np.flatnonzero(apart & self._matters())
             if not active.size:
                 break
             self.narrow(active)
 
+    def _matters(self) -> Bools:
+        """Tell where it matters where the change is."""
+        return np.ones(len(self.left), dtype=bool)
+
+
+class _SuspectBrackets(_MeshBrackets):
+    """Brackets of breaks without a label: a point belongs to the side that it is more like."""
+
+    def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
+        return _more_like_left(self.left.take(k), nodes, self.right.take(k))
+
+
+class LabelBrackets(_MeshBrackets):
+    """Brackets of label changes; where branches crowd, the mesh is resolved less."""
+
+    def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
+        super().__init__(mesh, left, right)
+        nodes = mesh.nodes
+        # Two points of either side foretell the change.
+        self.old_left = nodes.take(np.maximum(np.searchsorted(nodes.x, left.x) - 1, 0))
+        after = np.searchsorted(nodes.x, right.x) + 1
+        self.old_right = nodes.take(np.minimum(after, len(nodes) - 1))
+
+    def _matters(self) -> Bools:
+        return ~self._between_slivers()
+
     def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
         return have_same_label(nodes, self.left.take(k))
 
-    def _move(self, k: Indices, nodes: Nodes, as_left: Bools) -> None:
+    def _move(self, left: tuple[Indices, Nodes], right: tuple[Indices, Nodes]) -> None:
+        k, nodes = right
         lower, upper = self.left.take(k), self.right.take(k)
         # Below the resolution a third label is only "no longer the left one".
         narrow = upper.x - lower.x <= self.mesh.resolution
-        third = ~(as_left | have_same_label(nodes, upper) | narrow)
-        super()._move(k, nodes, as_left)
+        third = ~(have_same_label(nodes, upper) | narrow)
+        super()._move(left, right)
         if third.any():
             self._append(nodes.take(third), upper.take(third))
             self._coarsen()
@@ -355,17 +392,10 @@ class _Search:
         if not suspects:
             return False
         self.suspected.update(suspects)
-        left = self.mesh.probe(np.array([lo for lo, _ in suspects]))
-        right = self.mesh.probe(np.array([hi for _, hi in suspects]))
-        for _ in range(MAX_ROUNDS):
-            active = np.flatnonzero(are_apart(self.mesh, left.x, right.x))
-            if not active.size:
-                break
-            lower, upper = left.take(active), right.take(active)
-            middle = self.mesh.probe(midpoint(lower.x, upper.x))
-            as_left = _more_like_left(lower, middle, upper)
-            left = left.replaced(active[as_left], middle.take(as_left))
-            right = right.replaced(active[~as_left], middle.take(~as_left))
+        ends = (self.mesh.probe(np.array(side)) for side in zip(*suspects, strict=True))
+        brackets = _SuspectBrackets(self.mesh, *ends)
+        brackets.close()
+        left, right = brackets.left, brackets.right
         real = self._is_break(left, right)
         real &= ~np.isin(left.x, self.left.x)
         self._keep(left.take(real), right.take(real))

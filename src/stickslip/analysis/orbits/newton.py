@@ -40,9 +40,7 @@ SETTLED: Final = 1e-7  # of an orbit's size: how well its points must be known
 FARTHEST: Final = 10.0  # sizes of an orbit: steps beyond leave out the blind directions
 
 # Values, slopes and labels at points, whose places in the flattened array come first.
-Evaluate: TypeAlias = Callable[
-    ["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats", "Labels"]
-]
+Evaluate: TypeAlias = Callable[["NDArray[np.intp]", "Floats"], tuple["Floats", "Floats", "Labels"]]
 
 
 @dataclass(frozen=True, eq=False)

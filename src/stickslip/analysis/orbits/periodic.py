@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Indices, Laps
     from stickslip.analysis.branches.pieces import Pieces
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Map1D, MapValues, Modelled
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapValues, Modelled
     from stickslip.analysis.orbits.diagonal import Bools, Brackets
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
