@@ -214,18 +214,19 @@ def test_a_break_that_ended_an_orbit_is_not_looked_for_again(monkeypatch):
     assert [event.value for event in survey.events] == pytest.approx([0, 1], abs=1e-13)
 
 
-def test_lists_where_pairs_of_events_may_hide_are_no_more_than_twice_the_grid(monkeypatch):
+def test_lists_where_pairs_of_events_may_hide_are_no_more_than_four_times_the_grid(monkeypatch):
     # Hundreds of functions of the parameter foretold 137 lists of one range; none ended in 150 s.
+    # Where twice the grid was too few, the rest took 1 to 3 of 67 to 110 s, and once showed more.
     def hundred(values, seen, width):
         return np.linspace(-0.28, 0.29, 100).tolist()[::-1]
 
     monkeypatch.setattr(scan, "hidden_values", hundred)
     f = ss.PiecewiseMap(lambda x, mu: 0.5 * x + mu, (-3, 3), parameters={"mu": 0.1})
     survey = surveyed(f, "mu", *MU, max_period=1, n=6)
-    assert survey.n_nodes <= 5 * 6
+    assert survey.n_nodes <= 9 * 6
     (told,) = survey.unresolved
-    assert "pairs of events may hide at 88 values where no list is made" in told.reason
-    assert (told.lo, told.hi) == pytest.approx((-0.28, 0.22), abs=0.05)
+    assert "pairs of events may hide at 76 values where no list is made" in told.reason
+    assert (told.lo, told.hi) == pytest.approx((-0.28, 0.16), abs=0.05)
 
 
 def test_orbits_pass_a_corner_that_no_label_shows():

@@ -137,7 +137,7 @@ class Survey(Range):
     def _where_hidden(self, nodes: list[Node]) -> list[Node]:
         """Add lists where a pair of events may hide between two of the grid."""
         seen: dict[float, list[NearZero]] = {}
-        left_out, most = list[float](), 2 * len(nodes)  # lists that a round adds
+        left_out, most = list[float](), 4 * len(nodes)  # lists that a round adds
         for _ in range(SECOND_LOOKS):
             telling = all(node.telling for node in nodes)
             for node in [*nodes[:2], *nodes[-2:]] if self.crowded else nodes:
