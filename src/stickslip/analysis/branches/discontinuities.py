@@ -256,11 +256,6 @@ def are_apart(mesh: Mesh, lower: Floats, upper: Floats) -> Bools:
     return apart
 
 
-def midpoint(lower: Floats, upper: Floats) -> Floats:
-    """Halve brackets; 0, beside which floats are dense without end, is tried first."""
-    return np.where((lower < 0) & (upper > 0), 0.0, 0.5 * (lower + upper))
-
-
 @part
 @dataclass(frozen=True)
 class Unresolved:
