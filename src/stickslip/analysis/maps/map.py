@@ -108,6 +108,16 @@ def _kernels(formula: PointFunction, low: tuple[float, ...], periods: tuple[floa
     return instantiate(f"{__package__}._map_kernels", made.__name__, **bound)
 
 
+def kernels_of(f: object, n_steps: float, n_values: float) -> Any:
+    """Return a map's compiled functions for so many steps and values; None if that does not pay."""
+    if not isinstance(f, Map) or f.formula is None or f.engine != "compiled":
+        return None
+    f._seconds[0] += SECONDS[0] * n_steps + SECONDS[1] * n_values
+    if f._seconds[0] < WORTH_COMPILING:
+        return None
+    return _kernels(f.formula, tuple(f._domain[:, 0]), tuple(f._periods))
+
+
 @suggests
 class Map(UserMap):
     """A map of R^n into itself, smooth in pieces, with named parameters.
@@ -337,7 +347,7 @@ class Map(UserMap):
         n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of a map")
         start = self._checked(x)
         orbit = np.full((*start.shape[:-1], n + 1, self._dimension), np.nan)
-        if (made := self._compiled(n, orbit.size)) is not None:
+        if (made := kernels_of(self, n, orbit.size)) is not None:
             rows, out = np.ascontiguousarray(start.reshape(-1, self._dimension)), orbit
             made.orbits(rows, *self.numbers, out.reshape(-1, self._dimension), n, 0, len(rows))
             return orbit
@@ -347,15 +357,6 @@ class Map(UserMap):
             points = orbit[inside, k]
             orbit[inside, k + 1] = reduced(self, self._recorded.values(points, self._parameters))
         return orbit
-
-    def _compiled(self, n_steps: float, n_values: float) -> Any:
-        """Return compiled functions for so many steps and values; None if that does not pay."""
-        if self.formula is None or self.engine != "compiled":
-            return None
-        self._seconds[0] += SECONDS[0] * n_steps + SECONDS[1] * n_values
-        if self._seconds[0] < WORTH_COMPILING:
-            return None
-        return _kernels(self.formula, tuple(self._domain[:, 0]), tuple(self._periods))
 
     @property
     def numbers(self) -> tuple[Floats, Floats]:

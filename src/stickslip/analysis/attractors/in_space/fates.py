@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.maps.map import kernels_of
 from stickslip.analysis.maps.protocol import reduced, sample, turns
 from stickslip.analysis.work import Work
 
@@ -160,8 +161,7 @@ def fates(
     -2 for a point that leaves, -1 for one that did neither within `max_steps`, -3 if interrupted.
     """
     work = Work() if work is None else work
-    offered = getattr(f, "kernels", None)
-    compiled: Any = None if offered is None else offered(TYPICAL, TYPICAL * len(x) * f.dimension)
+    compiled = kernels_of(f, TYPICAL, TYPICAL * len(x) * f.dimension)
     labels = None if compiled is None or cells is None else cells.table()
     fate, steps = np.full(len(x), UNFOLLOWED, dtype=np.int16), np.zeros(len(x), dtype=np.int32)
     if labels is None or cells is None:
