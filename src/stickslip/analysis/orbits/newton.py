@@ -88,27 +88,19 @@ def polish(
     # Given up: further than `trust_radius` from the guess, or steps that do not contract so.
     # A step no longer than `enough` is the last: the next would be its square.
     (n, width), new = guess.shape, np.zeros_like
-    periods = np.full(n, width) if periods is None else periods
+    periods = np.full(n, width) if periods is None else np.array(periods)
     used = np.arange(width) < periods[:, None]
-    guess = np.ascontiguousarray(guess)
-    lower, upper = (np.array(np.broadcast_to(ends, guess.shape)) for ends in (lower, upper))
+    # Copies: kernels are compiled for one kind of array.
+    guess, lower, upper = (
+        np.array(np.broadcast_to(each, guess.shape)) for each in (guess, lower, upper)
+    )
     points = np.clip(guess if start is None else start, lower, upper)
     slopes, residuals, steps = np.ones_like(guess), new(guess), new(guess)
     labels, last = new(guess, dtype=np.uint64), np.full(n, np.inf)
     moving, given_up = np.ones(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
     states = NewtonStates(
-        periods,
-        guess,
-        lower,
-        upper,
-        points,
-        slopes,
-        residuals,
-        steps,
-        labels,
-        last,
-        moving,
-        given_up,
+        *(periods, guess, lower, upper, points, slopes, residuals, steps),
+        *(labels, last, moving, given_up),
     )
     limits = NewtonLimits(
         EPS, EPS * scale, STEEPEST, enough, STALLED * scale, SHRINKING, contraction, trust_radius
