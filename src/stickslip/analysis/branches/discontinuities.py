@@ -1,6 +1,6 @@
 """Where a map stops being one smooth function: label changes and breaks without one, bisected.
 
-Margins of the map, linear or square roots beside a change, foretell it and save most halvings.
+Margins of the map, linear or square roots beside a change, foretell it and save most rounds.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ ROUGH: Final = "values look rough: more breaks without a label than are followed
 
 
 class Brackets:
-    """Brackets of changes of a map, narrowed by halving or from what margins foretell."""
+    """Brackets of changes of a map, cut into parts or narrowed to what margins foretell."""
 
     def __init__(self, probe: Callable[[Floats], Nodes], left: Nodes, right: Nodes) -> None:
         self.probe, self.left, self.right = probe, left.copy(), right.copy()
