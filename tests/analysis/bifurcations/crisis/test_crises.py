@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.analysis.bifurcations.scan.test_survey import random_family as parabolas
 from tests.analysis.bifurcations.test_accounting_by_force import random_blocks
 from tests.analysis.known_maps import logistic, tent
 from tests.sizes import slow
@@ -221,7 +222,7 @@ def test_chaos_ends_at_the_border_of_its_basin_whatever_is_there(seed, ends, met
     assert len(event.points) == met
     aside, inside = 1e-2 * (ends[1] - ends[0]), event.attractor.bands.mean(axis=1)
     sides = (event.value - aside, event.value + aside)
-    tails = [at(value).iterate(inside, 20000)[:, -2 * left :] for value in sides]
+    tails = [at(value).iterate(inside, 100_000)[:, -2 * left :] for value in sides]
     returned = [np.abs(tail[:, left:] - tail[:, :-left]).max() < LOCATED for tail in tails]
     assert returned == [not above, above]  # the cycle that is left takes all
 
@@ -243,6 +244,28 @@ def test_a_break_joins_many_bands_at_once():
     assert event.kind == "band_merging"
     assert [a.period for a in event.attractors_before] == [1]
     assert [a.period for a in event.attractors_after] == [8]
+
+
+def bands_in_turn(f, near):
+    """Tell by a cloud that starts in one band whether it fills two of them in turn."""
+    cloud = np.linspace(near, near + 1e-9, 2000)
+    for _ in range(500):  # it spreads by a twentieth a step
+        cloud = f(cloud)
+    cells = [(4000 * (x + 1) / 2).astype(int) for x in f.iterate(cloud, 200).T]
+    return 1 if np.isin(np.concatenate(cells[::2]), np.concatenate(cells[1::2])).mean() > 0.1 else 2
+
+
+def test_bands_merge_at_an_orbit_in_their_gaps_however_long_it_is():
+    f = parabolas(np.random.default_rng(31))
+    ends = (0.016, 0.0215)
+    found = ss.bifurcations(f, "mu", ends, max_period=3)
+    assert not found.unresolved
+    assert [item.kind for item in found] == ["band_merging"] * 2
+    assert [item.period for item in found] == [11, 11]  # twelve intervals, eleven gaps
+    borders = [ends[0], *(item.value for item in found), ends[1]]
+    for n, (a, b) in zip([1, 2, 1], pairwise(borders), strict=True):
+        inside = [f.replace(mu=a + share * (b - a)) for share in (0.1, 0.9)]
+        assert [bands_in_turn(g, -0.3871) for g in inside] == [n, n]
 
 
 @pytest.mark.parametrize(("family", "last"), [(logistic, 4.0), (tent, 2.0)])

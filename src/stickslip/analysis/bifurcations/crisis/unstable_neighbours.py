@@ -35,6 +35,7 @@ HALVINGS: Final = 12
 FOLLOWED: Final = 2048  # steps of an orbit that tell where it goes
 STEPS_OUT: Final = 32  # from an edge to the other end of its gap
 ON_BORDER: Final = 1e-6  # of the domain's width: points this close belong to one orbit there
+LONGEST: Final = 64  # orbit in the gaps between bands that is looked for
 NEIGHBOURS: Final = 2  # unstable orbits beside an edge that are worth trying
 
 
@@ -48,6 +49,7 @@ class Edge:
     k: int  # number of maps
     gap: tuple[float, float]  # free interval up to the next band or the end of the domain
     width: float  # of the band that it bounds
+    n_gaps: int  # between bands, if this one is: an orbit in it has no more points; else 0
 
 
 def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
@@ -55,7 +57,7 @@ def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
     lo, hi = table.f.domain
     ends = attractor.bands.ravel()
     around = np.concatenate([[lo], ends, [hi]])
-    found = []
+    found, last = [], len(ends) - 1
     for i, (x, side, k) in enumerate(attractor.sources):
         critical = _critical(table, x) if k else None
         if critical is None:
@@ -64,7 +66,8 @@ def edges_of(attractor: Attractor, table: BranchTable) -> list[Edge]:
         gap = (around[i], around[i + 1]) if left else (around[i + 1], around[i + 2])
         low, high = attractor.bands[i // 2]
         interval = (float(gap[0]), float(gap[1]))
-        found.append(Edge(float(ends[i]), critical, side, k, interval, float(high - low)))
+        n_gaps = last // 2 if 0 < i < last else 0
+        found.append(Edge(float(ends[i]), critical, side, k, interval, float(high - low), n_gaps))
     return found
 
 
@@ -181,16 +184,20 @@ def _places(
         return [_Place(edge, (edge.x, edge.x), p, 0.0) for p in near]
     share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
     x = np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
-    images = fast.iterate(x, max(periods))
-    places = []
-    for period in periods:
+    # Bands whose gaps one orbit visits merge there all at once, however long it is.
+    longest = max(*periods, min(edge.n_gaps, LONGEST))
+    images = fast.iterate(x, longest)
+    places: list[_Place] = []
+    for period in range(1, longest + 1):
         off = images[:, period] - x
         with np.errstate(invalid="ignore"):
             crossed = np.flatnonzero(off[1:] * off[:-1] <= 0)
+        known = {place.bracket for place in places if period % place.period == 0}
         for k in crossed:
             bracket = (float(x[k]), float(x[k + 1]))
             distance = min(abs(end - edge.x) for end in bracket) / edge.width
-            places.append(_Place(edge, bracket, period, distance))
+            if period in periods or (edge.n_gaps and bracket not in known):
+                places.append(_Place(edge, bracket, period, distance))
     return sorted(places, key=lambda place: place.distance)[: 2 * NEIGHBOURS]
 
 
