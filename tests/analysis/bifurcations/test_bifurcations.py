@@ -69,6 +69,7 @@ def test_a_flip_tells_orbits_and_attractors_on_both_sides(doubling_logistic):
 
 def test_branches_join_the_orbits_between_bifurcations(doubling_logistic):
     one, other, double = doubling_logistic.curves
+    assert set(double.data) == {"labels", "margin", "residual"}
     assert [branch.period for branch in (one, other, double)] == [1, 1, 2]
     assert double.end_reasons == ("period halves", "end of range")
     passed = [item.value for branch in (one, other, double) for item in branch.bifurcations]
@@ -203,6 +204,7 @@ def test_aitken_extrapolates_a_geometric_sequence_exactly():
     assert value == pytest.approx(2.0, abs=1e-14)
     assert error < 1e-13
     assert np.isnan(accumulation(values[:2], np.zeros(2))[0])
+    assert not np.isfinite(accumulation(np.arange(4.0), np.full(4, 1e-9))).any()  # equal gaps
 
 
 @pytest.mark.parametrize(

@@ -342,6 +342,60 @@ def test_a_search_as_narrow_as_its_step_ends_in_no_event():
         solve_near(meets_end, lambda mu: SHIFT.replace(mu=mu), 0.0, step=3.0, within=(0.0, 0.4))
 
 
+class Ending(ss.PiecewiseMap):
+    """The logistic map between two values of r: there is none elsewhere."""
+
+    def __init__(self, lo, hi):
+        super().__init__(
+            lambda x, r: r * x * (1 - x),
+            (0, 1),
+            parameters={"r": 3.2},
+            derivative=lambda x, r: r * (1 - 2 * x),
+        )
+        self.ends = lo, hi
+
+    def replace(self, **changes):
+        if not self.ends[0] <= changes["r"] <= self.ends[1]:
+            raise ValueError("r is out of range")
+        return super().replace(**changes)
+
+
+def test_a_family_may_end_where_the_range_does():
+    found = bifurcations(Ending(3.0, 3.3), "r", (3.0, 3.3), max_period=2)
+    assert_same(found, [(3.0, 1)], sharp=1e-9)
+    assert not found.unresolved  # nor is a fault told of
+
+
+def test_a_cascade_is_followed_up_to_where_the_family_ends():
+    found = bifurcations(Ending(2.9, 3.5), "r", (2.9, 3.5), max_period=2)
+    assert not found.unresolved
+    (cascade,) = found.cascades
+    assert cascade.values == pytest.approx([3, 1 + np.sqrt(6)], abs=1e-9)
+
+
+class Moving(ss.PiecewiseMap):
+    """The logistic map at 3.1 < r < 3.4 in a domain that moves with s = r."""
+
+    def replace(self, **changes):
+        other = super().replace(**changes)
+        s = other.parameters["s"]
+        other._domain = (s, s + 1)
+        return other
+
+
+def test_a_window_need_not_meet_the_domain_at_the_parameter_that_the_map_was_made_with():
+    f = Moving(
+        lambda x, s: s + s * (x - s) * (1 + s - x),
+        (10.0, 11.0),
+        parameters={"s": 10.0},
+        derivative=lambda x, s: s * (1 + 2 * s - 2 * x),
+    )
+    found = bifurcations(f, "s", (2.9, 3.2), max_period=2, window=(3.25, 4.15))
+    assert not found.unresolved
+    assert_same(found, [(3.0, 1)], sharp=1e-9)
+    assert {curve.period for curve in found.curves} == {1, 2}
+
+
 def test_a_stable_orbit_that_leaves_a_window_is_accounted_for_by_its_end():
     # The fixed point 1 - 1/r passes 0.64 at r = 2.7778.
     found = bifurcations(LOGISTIC, "r", (2.6, 2.9), max_period=1, window=(0.5, 0.64))

@@ -62,7 +62,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
-Jobs: TypeAlias = "dict[float, Callable[[], ParameterPoint | UnresolvedChange]]"  # by the value
+Looked: TypeAlias = "ParameterPoint | UnresolvedChange | None"
+Jobs: TypeAlias = "dict[float, Callable[[], Looked]]"  # by the value
 
 N_LISTS: Final = 24
 HALF: Final = 0.5  # share of the work that the survey is, roughly
@@ -229,12 +230,18 @@ def _at_node(at: MapAt, node: Node) -> ParameterPoint:
     return parameter_point(at, node.q, node.orbits, node.fast)
 
 
-def _look(at: MapAt, q: float, guesses: list[Floats]) -> ParameterPoint | UnresolvedChange:
-    """Find the attractors at a value, stable orbits near guesses included, or what is left out."""
+def _look(at: MapAt, q: float, guesses: list[Floats]) -> Looked:
+    """Find the attractors at a value, stable orbits near guesses included, or what is left out.
+
+    None where the family ends before that value, which may lie a little beyond the range.
+    """
     noted: list[UnresolvedChange] = []
+    try:
+        f = at(q)
+    except ValueError:
+        return None
 
     def found() -> ParameterPoint:
-        f = at(q)
         return parameter_point(at, q, [solve_orbit(f, guess) for guess in guesses])
 
     point = attempted(found, "attractors", q, q, noted)
@@ -262,7 +269,7 @@ class _Report:
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
-        self.ahead: dict[float, ParameterPoint | UnresolvedChange] = {}  # looks that may serve
+        self.ahead: dict[float, Looked] = {}  # looks that may serve
         self.between: list[Look] = []  # of the search for crises
 
     def made(self) -> BifurcationList:
@@ -379,7 +386,7 @@ class _Report:
             found = self.ahead[q]
             if isinstance(found, UnresolvedChange):
                 self.unresolved.append(found)
-            else:
+            elif found is not None:
                 self._looked_at([found])
         full = []
         for item in items:

@@ -166,10 +166,8 @@ def _grown(
         halves = points.reshape(2, -1)
         apart = math.sqrt(ratio) * 0.5 * (halves[0] - halves[1])
         middle = last.points + ratio * (halves.mean(axis=0) - last.points)
-        found = polish_on(
-            family.whole(value), np.concatenate([middle + apart, middle - apart])[None]
-        )
-        if not _apart(found, np.abs(apart).max()):
+        found = _polished(family, value, np.concatenate([middle + apart, middle - apart]))
+        if found is None or not _apart(found, np.abs(apart).max()):
             return None
         q, points = value, found.points[0]
         if found.multipliers[0] < -1:
@@ -188,11 +186,19 @@ def _doubled(level: _Level, way: float, family: Family) -> tuple[Polished, float
     for share in STARTS:
         q = last.value + share * way
         u = math.sqrt(abs(level.slope * share * way) / coefficient) * shape
-        guess = np.concatenate([last.points + u, last.points - u])
-        found = polish_on(family.whole(q), guess[None])
-        if _apart(found, np.abs(u).max()):
+        found = _polished(family, q, np.concatenate([last.points + u, last.points - u]))
+        if found is not None and _apart(found, np.abs(u).max()):
             return found, q
     return None
+
+
+def _polished(family: Family, q: float, guess: Floats) -> Polished | None:
+    """Solve for an orbit at a value of the parameter; None beyond the family's end."""
+    try:
+        f = family.whole(q)
+    except ValueError:
+        return None
+    return polish_on(f, guess[None])
 
 
 def _apart(found: Polished, size: float) -> bool:
@@ -219,7 +225,10 @@ def _with_orbits(level: _Level, family: Family) -> Bifurcation:
     way = -WAY / slope if flip.criticality == "super" else WAY / slope
     sides: list[list[PeriodicOrbit]] = []
     for share in (-BESIDE, BESIDE):
-        parent = solve_orbit(family.whole(flip.value + share * way), flip.points)
+        try:
+            parent = solve_orbit(family.whole(flip.value + share * way), flip.points)
+        except ValueError:  # the family ends there
+            return flip
         sides.append([parent] if parent.quality == "located" else [])
     start = _doubled(level, BESIDE / STARTS[0] * way, family)
     if start is not None:
@@ -242,6 +251,7 @@ def _accumulation(chain: list[Bifurcation]) -> tuple[float, float]:
     return accumulation(np.array(values), np.array(errors))
 
 
+@np.errstate(divide="ignore", invalid="ignore")  # gaps may be equal
 def accumulation(values: Floats, errors: Floats) -> tuple[float, float]:
     """Extrapolate successive flips to where they accumulate, with an error, by Aitken's method."""
     # The estimate that differs least from the one before is taken. NaN below three flips.
@@ -261,12 +271,12 @@ def accumulation(values: Floats, errors: Floats) -> tuple[float, float]:
     return value, error
 
 
+@np.errstate(divide="ignore", invalid="ignore")
 def _extrapolated(values: Floats) -> tuple[Floats, Floats]:
     """Return Aitken's estimates from each three successive values, and the ratios of gaps."""
     gaps = np.diff(values)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = gaps[:-1] / gaps[1:]
-        estimates = values[2:] + gaps[1:] / (ratios - 1)
+    ratios = gaps[:-1] / gaps[1:]
+    estimates = values[2:] + gaps[1:] / (ratios - 1)
     return estimates, ratios
 
 

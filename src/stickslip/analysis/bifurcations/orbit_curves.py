@@ -12,12 +12,11 @@ from stickslip.analysis.bifurcations.scan.events import orbit_at
 from stickslip.analysis.branches.along.tracked import DomainEnd
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
 from stickslip.analysis.continuation.orbit_follower import OrbitProblem
-from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import sample
 from stickslip.analysis.orbits.newton import turned
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from stickslip.analysis.bifurcations.scan.adding_up import Concerned
     from stickslip.analysis.bifurcations.scan.between import Span
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.bifurcations.scan.survey import Survey
     from stickslip.analysis.bifurcations.scan.tracking import Piece
-    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.analysis.maps.protocol import Floats
 
 UP: Final = 1
 DOWN: Final = -1
@@ -84,7 +83,7 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
             chains = orbit_chains(survey, concerned)
             chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
             curves = [columns_of(rows) for _, rows, _ in chains]
-            parts = zip(chains, curves, _labels_and_residuals(survey, curves), strict=True)
+            parts = zip(chains, curves, _seen_on(survey, curves), strict=True)
             survey.curves = tuple(_joined(survey, *part) for part in parts)
         return survey.curves
 
@@ -237,11 +236,11 @@ def columns_of(rows: Sequence[Row]) -> tuple[Floats, Floats]:
 
 
 def _joined(
-    survey: Survey, chain: Chain, curve: tuple[Floats, Floats], known: tuple[Labels, Floats]
+    survey: Survey, chain: Chain, curve: tuple[Floats, Floats], known: dict[str, Any]
 ) -> Curve:
     """Make a curve of rows and what lies at its ends."""
     first, rows, last = chain
-    (values, points), (labels, residual) = curve, known
+    values, points = curve
     name = survey.family.name
     multipliers = np.array([row.multiplier for row in rows])
     passed = []
@@ -261,32 +260,29 @@ def _joined(
             _end(survey, last, rows[-1], points[-1]),
         ),
         bifurcations=tuple(passed),
-        data={"labels": labels, "residual": residual},
-        problem=OrbitProblem(windowed(survey.family.f, survey.family.window)),
+        data=known,
+        problem=OrbitProblem(survey.family.at(rows[0].value)),
     )
 
 
-def _labels_and_residuals(
-    survey: Survey, curves: list[tuple[Floats, Floats]]
-) -> list[tuple[Labels, Floats]]:
-    """Labels and residuals of all curves; each map is asked once, for all that pass it."""
+def _seen_on(survey: Survey, curves: list[tuple[Floats, Floats]]) -> Iterator[dict[str, Any]]:
+    """Yield columns of all curves; each map is asked once, for all that pass it."""
     if not curves:
-        return []
+        return
     q = np.concatenate([np.repeat(values, points.shape[1]) for values, points in curves])
     x = np.concatenate([points.ravel() for _, points in curves])
-    label, value = np.zeros(x.size, dtype=np.uint64), np.empty(x.size)
+    label = np.zeros(x.size, dtype=np.uint64)
+    value, margin = np.empty((2, x.size))
     order = np.argsort(q, kind="stable")
     for here in np.split(order, np.flatnonzero(np.diff(q[order])) + 1):
         got = sample(survey.family.at(q[here[0]]), x[here])
-        label[here], value[here] = got.label, got.value
-    ends = np.cumsum([points.size for _, points in curves])[:-1]
-    return [
-        (labels.reshape(points.shape), np.abs(off).max(axis=1))
-        for (_, points), labels, images in zip(
-            curves, np.split(label, ends), np.split(value, ends), strict=True
-        )
-        for off in [images.reshape(points.shape) - np.roll(points, -1, axis=1)]
-    ]
+        label[here], value[here], margin[here] = got.label, got.value, got.margin
+    start = 0
+    for _, points in curves:
+        own = slice(start, start := start + points.size)
+        labels, images, room = (seen[own].reshape(points.shape) for seen in (label, value, margin))
+        off = np.abs(images - np.roll(points, -1, axis=1))
+        yield {"labels": labels, "margin": room.min(axis=1), "residual": off.max(axis=1)}
 
 
 def _end(survey: Survey, link: Link | None, row: Row, points: Floats) -> CurveEnd:

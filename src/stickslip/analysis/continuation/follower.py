@@ -294,14 +294,17 @@ class Follower:
         first, second = np.triu_indices(len(m), 1)
         return float(np.prod(m[first] * m[second] - 1.0).real)
 
-    def solution_error(self, point: CurvePoint) -> float:
-        """Bound how far residual and rounding may have moved the parameter of a point."""
+    def solution_error(self, point: CurvePoint, *, fixed: bool = False) -> float:
+        """Bound how far residual and rounding may have moved the parameter of a point.
+
+        Where that is fixed: the coordinate before it, another parameter.
+        """
         _, jacobian, _ = self.curve.equations(point.y)
-        scale = self.curve.scale
-        matrix = np.vstack([jacobian * scale, point.tangent])
-        influence = np.abs(np.linalg.inv(matrix)[-1, :-1])
-        off = point.residual + 4 * EPS * float(np.abs(scale[:-1]).max())
-        return float(scale[-1] * influence.sum() * off) + 2 * float(np.spacing(abs(point.y[-1])))
+        scale, k = self.curve.scale, -2 if fixed else -1
+        aside = np.eye(len(scale))[-1] if fixed else point.tangent
+        influence = np.abs(np.linalg.inv(np.vstack([jacobian * scale, aside]))[k, :-1])
+        off = point.residual + 4 * EPS * float(np.abs(scale[:k]).max())
+        return float(scale[k] * influence.sum() * off) + 2 * float(np.spacing(abs(point.y[k])))
 
     def _closing(
         self, here: CurvePoint, new: CurvePoint, goals: Sequence[CurvePoint]

@@ -49,8 +49,8 @@ def delayed(a=2.5, e=0.1):
     return SmoothMap(func, jacobian, rates, box, (("a", a), ("e", e)))
 
 
-def cubic(q=0.3, s=1.0):
-    """x' = q + (1 + s) x - x^3, y' = y / 2 + x: folds at 3 x^2 = s, q = -2 x^3; a cusp at 0."""
+def cubic(q=0.3, s=1.0, gain=1.0):
+    """x' = K q + (1 + s) x - x^3, y' = y / 2 + x: folds at 3 x^2 = s, K q = -2 x^3; a cusp at 0."""
 
     def jacobian(z, q, s):
         one = np.ones(z.shape[:-1])
@@ -59,11 +59,11 @@ def cubic(q=0.3, s=1.0):
 
     def func(z, q, s):
         x = z[..., 0]
-        return np.stack([q + (1 + s) * x - x**3, 0.5 * z[..., 1] + x], axis=-1)
+        return np.stack([gain * q + (1 + s) * x - x**3, 0.5 * z[..., 1] + x], axis=-1)
 
     none = lambda x: 0 * x  # noqa: E731
     rates = {
-        "q": lambda z, q, s: np.stack([1 + none(z[..., 0]), none(z[..., 0])], axis=-1),
+        "q": lambda z, q, s: np.stack([gain + none(z[..., 0]), none(z[..., 0])], axis=-1),
         "s": lambda z, q, s: np.stack([z[..., 0], none(z[..., 0])], axis=-1),
     }
     return SmoothMap(func, jacobian, rates, ((-2.0, 2.0), (-4.0, 4.0)), (("q", q), ("s", s)))
@@ -162,6 +162,17 @@ def lozi(a=2.1, b=0.3):
     return SmoothMap(
         func, jacobian, rates, box, values, label=lambda z, a, b: 1 + (z[..., 0] >= 0.0)
     )
+
+
+def test_an_interval_contains_the_value_where_the_parameter_acts_weakly():
+    f = cubic(q=0.3e6, gain=1e-6)
+    curve = follow(first(f, "q", (-4e5, 4e5), "fold"), "s", (0.5, 1.2), solve_for="q")
+    for s in (0.6, 0.77, 1.1):
+        item = curve.at(s=s)
+        low, high = item.interval
+        exact = np.sign(item.value) * 2e6 * (s / 3) ** 1.5
+        assert low <= exact <= high
+        assert high - low < 1e-7
 
 
 def test_a_border_collision_of_an_orbit_of_period_three(tmp_path):

@@ -400,7 +400,7 @@ class CriticalProblem(PlaneProblem):
         points, angle, guess = (between(column, row, share) for column in columns)
         labels = curve.data["labels"][row]
         found = follower.start(points, labels, float(angle), float(guess), value)
-        q, error = float(found.y[-2]), found.residual
+        q, error = float(found.y[-2]), follower.solution_error(found, fixed=True)
         return Bifurcation(
             kind=kind,
             parameter=other,
@@ -410,7 +410,7 @@ class CriticalProblem(PlaneProblem):
             points=follower.points(found),
             interval=(q - error, q + error),
             multipliers=found.note.multipliers,
-            residual=error,
+            residual=found.residual,
             system=self.system.replace(**{name: value, other: q}),
         )
 

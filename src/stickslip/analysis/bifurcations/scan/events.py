@@ -134,7 +134,8 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
         return None  # the test function is zero all along: an orbit that stays on a corner
     condition = found.reading.condition
     if isinstance(condition, Fold | Crossing):
-        if _repeats(np.array(condition.points), REPEATS * width_of(family)):
+        slack = REPEATS * domain_width(family.at(found.value))
+        if _repeats(np.array(condition.points), slack):
             return None  # f^2p has slope 1 at a flip, too
     if isinstance(condition, Fold):
         # Where curves of orbits cross, the test function of a fold touches zero.
@@ -175,11 +176,6 @@ def _apart(points: Floats, turn: int) -> float:
     return float(np.abs(np.roll(points, turn) - points).max())
 
 
-def width_of(family: Family) -> float:
-    """Width of a family's domain, or of its window: a scale of distances."""
-    return domain_width(family.at(float(family.f.parameters[family.name])))
-
-
 def _kind(found: Located, family: Family) -> EventKind:
     condition = found.reading.condition
     if isinstance(condition, Crossing):
@@ -205,11 +201,12 @@ def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
     found = [] if len(near) % event.period else [turned(event.points, near)]
     border = event.located.reading.critical
     if isinstance(event.condition, Collision) and border is not None and border.kind == "jump":
+        f = family.at(event.value)
         paths = [path_from(family.whole(event.value), border, side, len(near)) for side in (-1, 1)]
         found += [
             turned(np.array(path.points[:-1]), near)
             for path in paths
-            if path.complete and abs(path.points[-1] - border.x) <= SAME_PLACE * width_of(family)
+            if path.complete and abs(path.points[-1] - border.x) <= SAME_PLACE * domain_width(f)
         ]
     return min(found, key=lambda there: float(np.abs(there - near).max()), default=None)
 
@@ -263,7 +260,7 @@ def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
     turns: list[Fold | Flip | Crossing]
     turns = [Fold(period, here), Crossing(period, here, family.name)]
     if period % 2 == 0:
-        doubled = _apart(points, period // 2) < CLOSING * width_of(family)
+        doubled = _apart(points, period // 2) < CLOSING * domain_width(family.at(value))
         turns.insert(0 if doubled else 2, Flip(period // 2, tuple(half.tolist())))
     for condition in [*collisions, *turns] if met else [*turns, *collisions]:
         yield Suspect(condition, value, reach)
