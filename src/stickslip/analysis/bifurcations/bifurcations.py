@@ -163,35 +163,8 @@ def bifurcations(
 
 def bifurcations_of(survey: Survey, work: Work) -> BifurcationList:
     """Locate and explain what a survey of a range has found."""
-    f = survey.family.f
-    report = _Report(survey, f, work)
     with survey.resolved():
-        found = report.made()
-        return _with_mechanisms(found, report) if hasattr(f, "explain_break") else found
-
-
-def _with_mechanisms(found: BifurcationList, report: _Report) -> BifurcationList:
-    """Explain all border collisions and crises by the motions at their borders."""
-    report.unresolved = list(found.unresolved)
-    new = {
-        id(item): report.part(partial(explain_border, item, report.f), "a mechanism", item.value)
-        or item
-        for item in found
-    }
-    return replace(
-        found,
-        bifurcations=tuple(new[id(item)] for item in found),
-        cascades=_renewed(found.cascades, new),
-        unresolved=tuple(report.unresolved),
-    )
-
-
-def _renewed(chains: Iterable[Cascade], new: dict[int, Bifurcation]) -> tuple[Cascade, ...]:
-    """Return cascades of the flips that others stand for now, by identity."""
-    return tuple(
-        replace(chain, flips=tuple(new.get(id(flip), flip) for flip in chain.flips))
-        for chain in chains
-    )
+        return _Report(survey, work).made()
 
 
 def explain_border(item: Bifurcation, f: MapFamily) -> Bifurcation:
@@ -259,11 +232,15 @@ def _stable_near(curves: Iterable[Curve], q: float) -> list[Floats]:
     return found
 
 
+def _told_once(items: Iterable[UnresolvedChange]) -> tuple[UnresolvedChange, ...]:
+    return tuple(sorted(dict.fromkeys(items), key=lambda item: item.lo))
+
+
 class _Report:
     """A survey turned into a list of bifurcations."""
 
-    def __init__(self, survey: Survey, f: MapFamily, work: Work) -> None:
-        self.survey, self.f, self.work = survey, f, work
+    def __init__(self, survey: Survey, work: Work) -> None:
+        self.survey, self.f, self.work = survey, survey.family.f, work
         self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
         self.outside: list[UnresolvedChange] = list(survey.outside)
         self.values = sorted(event.value for event in survey.events)
@@ -310,6 +287,8 @@ class _Report:
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         found = sorted([*full, *crises_found], key=lambda item: item.value)
+        if hasattr(self.f, "explain_break"):
+            found = [self._with_mechanism(item) for item in found]
         left_open = [*self.unresolved, *unaccounted]
         if survey.crowded:  # the same can be left open at each of hundreds of breaks
             left_open = joined_where_they_touch(left_open)
@@ -321,9 +300,12 @@ class _Report:
             max_period=survey.max_period,
             window=survey.family.window,
             curves=curves,
-            cascades=_renewed(chains, new),
-            unresolved=tuple(sorted(left_open, key=lambda item: item.lo)),
-            outside=tuple(sorted([*self.outside, *outside], key=lambda item: item.lo)),
+            cascades=tuple(
+                replace(chain, flips=tuple(new.get(id(flip), flip) for flip in chain.flips))
+                for chain in chains
+            ),
+            unresolved=_told_once(left_open),
+            outside=_told_once([*self.outside, *outside]),
             n_lists=survey.n_nodes,
             looks=tuple(q for q in sorted(self.looks) if survey.lo <= q <= survey.hi),
         )
@@ -363,6 +345,10 @@ class _Report:
             )
             if item is not None:
                 yield item
+
+    def _with_mechanism(self, item: Bifurcation) -> Bifurcation:
+        """Explain a border collision or a crisis by the motions at its border."""
+        return self.part(partial(explain_border, item, self.f), "a mechanism", item.value) or item
 
     def _with_attractors(
         self, items: list[Bifurcation], chains: list[Cascade]
@@ -436,10 +422,10 @@ class _Report:
         """Find crises in intervals; most come from few of these: look elsewhere meanwhile."""
         survey, tell = self.survey, self.work.part(0.7, 0.8).tell
         most = LOOKS // 16 if survey.crowded else LOOKS
-        search = CrisisSearch(survey.family.at, intervals, breaks, survey.max_period, looks=most)
-        parts = search.parts()
+        search = CrisisSearch(survey.family.at, breaks, survey.max_period, most)
+        parts = search.parts(intervals)
         results: Iterator[Any] = in_processes(call, [*parts, *looks.values()], tell)
-        found = search.joined(islice(results, len(parts)))
+        found = search.joined(intervals, islice(results, len(parts)))
         self.ahead |= zip(looks, results, strict=True)
         self.unresolved += [unexplained(*pair) for pair in found.left_open]
         self.outside += [too_close(*pair) for pair in found.too_close]

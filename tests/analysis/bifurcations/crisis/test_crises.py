@@ -23,8 +23,8 @@ LOCATED = 1e-10  # what a located value is good for at least; most are at roundi
 
 
 def crises(at, points, **options):
-    searched = CrisisSearch(at, list(pairwise(points)), **options)
-    return searched.joined(part() for part in searched.parts())
+    search, intervals = CrisisSearch(at, **options), list(pairwise(points))
+    return search.joined(intervals, (part() for part in search.parts(intervals)))
 
 
 def found(at, values, **options):

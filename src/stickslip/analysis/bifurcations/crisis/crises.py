@@ -129,54 +129,6 @@ class CrisesFound:
     looks: list[Look] = field(default_factory=list)  # between those of the grid
 
 
-@dataclass(frozen=True, eq=False)
-class CrisisSearch:
-    """A search for crises and band mergings in intervals, in ascending order."""
-
-    # What changes across ``breaks``, values of known bifurcations, is their doing. Parts below
-    # ``finest`` of an interval are left alone: bands merge at ever closer values.
-    at: MapAt
-    intervals: Sequence[Sides]
-    breaks: Sequence[float] = ()
-    max_period: int = 4
-    finest: float = FINEST
-    looks: int = LOOKS
-
-    def parts(self) -> list[Callable[[], CrisesFound]]:
-        """Return the searches, one for each interval, each for any process."""
-        limits = self.breaks, self.max_period, self.finest, self.looks
-        return [partial(_between, self.at, *limits, ends) for ends in self.intervals]
-
-    def joined(self, parts: Iterable[CrisesFound]) -> CrisesFound:
-        """Join what they have found, each event once, with what is at the ends of all."""
-        search = _Search(self.at, self.breaks, self.max_period)
-        for found in parts:
-            search.found.left_open.extend(found.left_open)
-            search.found.too_close.extend(found.too_close)
-            search.found.looks.extend(found.looks)
-            for event in found.events:
-                search.keep(event)
-        (first, second), (last_but_one, last) = self.intervals[0], self.intervals[-1]
-        search.at_end(first, first.value - second.value)
-        search.at_end(last, last.value - last_but_one.value)
-        events = sorted(search.found.events, key=lambda event: event.value)
-        return replace(search.found, events=events)
-
-
-def _between(
-    at: MapAt,
-    known: Iterable[float],
-    max_period: int,
-    finest: float,
-    looks: int,
-    ends: Sides,
-) -> CrisesFound:
-    """Find the events between two values of the grid."""
-    search = _Search(at, known, max_period)
-    search.interval(*ends, finest, looks)
-    return search.found
-
-
 @dataclass(frozen=True)
 class _Ahead:
     """A condition that will be met after some way, as its value and slope foretell."""
@@ -208,18 +160,40 @@ def _is_of_doublings(ratio: Fraction) -> bool:
     return ratio.denominator == 1 and turns & (turns - 1) == 0
 
 
-class _Search:
-    """Intervals that wait to be searched, the widest first, and events found so far."""
+class CrisisSearch:
+    """A search for crises and band mergings, the widest of the intervals that wait first.
 
-    def __init__(self, at: MapAt, breaks: Iterable[float], max_period: int) -> None:
-        self.at, self.max_period = at, max_period
-        self.breaks = np.unique(np.array(list(breaks), dtype=np.float64))
+    What changes across ``breaks``, values of known bifurcations, is their doing.
+    """
+
+    def __init__(
+        self, at: MapAt, breaks: Sequence[float] = (), max_period: int = 4, looks: int = LOOKS
+    ) -> None:
+        self.given = at, breaks, max_period, looks
+        self.at, self.max_period, self.looks_left = at, max_period, looks
+        self.breaks = np.unique(np.array(breaks, dtype=np.float64))
         self.found = CrisesFound()
         self.waiting: list[tuple[float, float, ParameterPoint, ParameterPoint]] = []
         # By value, attractor, and whether the border of its basin was followed.
         self.foretold: dict[tuple[float, float, bool], list[_Ahead]] = {}
         self.refuted: dict[tuple[float, float], list[tuple[Located, float]]] = {}  # and how near
-        self.looks_left = 0
+
+    def parts(self, intervals: Sequence[Sides]) -> list[Callable[[], CrisesFound]]:
+        """Return the searches of intervals, each for any process."""
+        return [partial(CrisisSearch(*self.given).interval, *ends) for ends in intervals]
+
+    def joined(self, intervals: Sequence[Sides], parts: Iterable[CrisesFound]) -> CrisesFound:
+        """Join what ascending intervals have, each event once, with what is at the ends of all."""
+        for found in parts:
+            self.found.left_open.extend(found.left_open)
+            self.found.too_close.extend(found.too_close)
+            self.found.looks.extend(found.looks)
+            for event in found.events:
+                self.keep(event)
+        (first, second), (last_but_one, last) = intervals[0], intervals[-1]
+        self.at_end(first, first.value - second.value)
+        self.at_end(last, last.value - last_but_one.value)
+        return replace(self.found, events=sorted(self.found.events, key=lambda e: e.value))
 
     def _look(self, value: float) -> ParameterPoint:
         self.looks_left -= 1
@@ -227,12 +201,9 @@ class _Search:
         self.found.looks.append(Look(point.value, point.attractors, quick=True))
         return point
 
-    def interval(
-        self, left: ParameterPoint, right: ParameterPoint, finest: float, looks: int
-    ) -> None:
-        """Search between two values of the grid."""
-        smallest = finest * (right.value - left.value)
-        self.looks_left, self.waiting, self.foretold, self.refuted = looks, [], {}, {}
+    def interval(self, left: ParameterPoint, right: ParameterPoint) -> CrisesFound:
+        """Find the events between two values of the grid."""
+        smallest = FINEST * (right.value - left.value)
         self._wait(left, right)
         while self.waiting and self.looks_left > 0:
             *_, left, right = heappop(self.waiting)
@@ -240,6 +211,7 @@ class _Search:
         for *_, left, right in self.waiting:
             if any(map(self._merges, changes(left, right))):
                 self.found.left_open.append((left, right))
+        return self.found
 
     def _wait(self, left: ParameterPoint, right: ParameterPoint) -> None:
         if right.value > left.value and (changes(left, right) or self._windows(left, right)):
