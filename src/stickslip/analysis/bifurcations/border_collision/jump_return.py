@@ -12,12 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import (
-    clip_to_domain,
-    domain_width,
-    iterate,
-    values_and_slopes,
-)
+from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -32,11 +27,9 @@ CLOSE: Final = 1e-7  # of the domain's width: u is linear there, and above round
 LEAST: Final = 1e-150  # contraction that is divided out at most: more of it leaves no number
 AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
 LONGEST_CYCLE: Final = 1024  # recognised where the far image settles
+NONE: Final = (math.nan, math.nan)
 RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves when CLOSE
 FIRST_LOOK: Final = 256  # steps after which to look whether the far image has settled
-SHOWN: Final = 64  # images kept
-MOST_AHEAD: Final = 1024  # images made at once
-N_WINDOWS: Final = 10_000  # numbers n tried
 
 
 @dataclass(frozen=True)
@@ -54,30 +47,6 @@ class FarImage:
     height: float = math.nan  # H > 0, if it returns: near 0 the way back is u -> -H + b u
     slope: float = math.nan  # b of the way back
     cycle: int = 0  # period of the cycle on which it settles
-    path: tuple[float, ...] = ()  # the first images of the jump's far side
-
-    def window(self, n: int) -> tuple[float, float]:
-        """Return the mu = f^p(c near) - c > 0 with a cycle of n p + r steps that crosses once."""
-        # A_(n-1) + b <= H / mu < A_n to first order; empty: the lower end is above the upper.
-        low = self.height / _growth(self.multiplier, n)
-        bottom = _growth(self.multiplier, n - 1) + self.slope
-        return low, self.height / bottom if bottom > 0 else math.inf
-
-    def periods(self, mu: float) -> tuple[int, ...]:
-        """Return the periods n p + r of cycles that cross once, mu past the collision."""
-        found = []
-        for n in range(1, N_WINDOWS):
-            low, high = self.window(n)
-            if low < mu <= high and abs(self.multiplier**n * self.slope) < 1:
-                found.append(n * self.period + self.steps)
-            if high < mu:
-                break
-        return tuple(found)
-
-
-def _growth(a: float, n: int) -> float:
-    """Return (a^-n - 1) / (1 - a), the sum of a^-k from 1 to n."""
-    return float((a**-n - 1) / (1 - a))
 
 
 def far_image(
@@ -87,7 +56,6 @@ def far_image(
     period: int,
     *,
     multiplier: float | None = None,
-    max_steps: int = MAX_STEPS,
 ) -> FarImage:
     """Follow the far side's image of a jump, at a collision with an orbit of period p.
 
@@ -98,96 +66,53 @@ def far_image(
     >>> far = far_image(f, ss.breakpoints(f)[0], side=-1, period=1)
     >>> far.fate, far.steps, round(far.height, 6), round(far.slope, 6)
     ('returns', 1, 1.0, -0.4)
-    >>> far.periods(0.01)  # distance past the collision
-    (7,)
     """
     if side not in (-1, 1):
         raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
     if period < 1:
         raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
     if multiplier is None:
-        multiplier = _Walk(f, border, side, side).slope(period)
-    far = _Walk(f, border, side, -side)
-    look, cycle, k = FIRST_LOOK, 0, 1
-    while k < max_steps and not math.isnan(far.x(k)) and not cycle:
-        if far.converges(k, multiplier, period):
-            return _returned(far, k, multiplier, period)
-        if k >= look:
-            cycle = _recurrence(far.path(k), domain_width(f))
-            look *= 2
-        k += 1
-    local = far.local(k, period)
-    path = tuple(far.path(k)[:SHOWN].tolist())
-    if math.isnan(far.x(k)):
-        return FarImage(period, multiplier, *local, fate="leaves", steps=k, path=path)
-    fate: Fate = "settles" if cycle else "wanders"
-    return FarImage(period, multiplier, *local, fate=fate, cycle=cycle, path=path)
+        multiplier = float(_images(f, border, side, period)[1][-1])
+    width, edge = domain_width(f), border.interval[0 if side < 0 else 1]
+    n = max(FIRST_LOOK, 2 * period)
+    while True:
+        x, slopes = _images(f, border, -side, n)
+        u = -side * (x - edge)
+        local = float(slopes[period - 1]), float(u[period - 1])
+        image = partial(FarImage, period, multiplier, *(local if local[1] == local[1] else NONE))
+        k = _first_beside(u, multiplier, period, CLOSE * width)
+        if k is not None:
+            # The contraction of whole turns beside the border is not the way back's.
+            turns = min(k // period, int(math.log(LEAST) / math.log(multiplier)))
+            height, slope = -float(u[k]) / multiplier**turns, float(slopes[k]) / multiplier**turns
+            return image("returns", k + 1 - turns * period, height, slope)
+        if np.isnan(x).any():
+            return image("leaves", int(np.isnan(x).argmax()) + 1)
+        if cycle := _recurrence(x, width):
+            return image("settles", cycle=cycle)
+        if n == MAX_STEPS:
+            return image("wanders")
+        n = min(2 * n, MAX_STEPS)
 
 
-class _Walk:
-    """Images 1, 2, ... of one side of a border and their derivatives, made some at a time."""
-
-    def __init__(self, f: Map1D, border: OneSided, near: int, start: int) -> None:
-        self._f, self._near, self._width = f, near, domain_width(f)
-        self._iterate = getattr(f, "iterate", partial(iterate, f))
-        self._c = border.interval[0] if near < 0 else border.interval[1]
-        self._x = np.array([border.left if start < 0 else border.right])
-        self._slope = np.array([border.left_slope if start < 0 else border.right_slope])
-
-    def _make(self, k: int) -> None:
-        """Make the images up to k, each time as many as there are."""
-        while len(self._x) < k:
-            last, n = self._x[-1:], min(len(self._x), MOST_AHEAD)
-            _, inside = clip_to_domain(self._f.domain, last)
-            orbit = self._iterate(last, n)[0] if inside.all() else np.full(n + 1, np.nan)
-            with np.errstate(over="ignore", invalid="ignore"):
-                slopes = self._slope[-1] * np.cumprod(values_and_slopes(self._f, orbit[:-1])[1])
-            self._x = np.concatenate([self._x, orbit[1:]])
-            self._slope = np.concatenate([self._slope, slopes])
-
-    def x(self, k: int) -> float:
-        """Image k; NaN stays once the orbit has left."""
-        self._make(k)
-        return float(self._x[k - 1])
-
-    def slope(self, k: int) -> float:
-        """Return the derivative of f^k."""
-        self._make(k)
-        return float(self._slope[k - 1])
-
-    def u(self, k: int) -> float:
-        """Displacement of image k from the border, positive on the far side."""
-        return -self._near * (self.x(k) - self._c)
-
-    def path(self, k: int) -> Floats:
-        """Return the first k images."""
-        self._make(k)
-        return self._x[:k]
-
-    def local(self, k: int, period: int) -> tuple[float, float]:
-        """Slope and height of f^p on the far side, if the first k images tell."""
-        return (self.slope(period), self.u(period)) if k > period else (math.nan, math.nan)
-
-    def converges(self, k: int, a: float, period: int) -> bool:
-        """Whether image k is beside the border on the near side, and f^p contracts it by a."""
-        if not (0 < a < 1 and -CLOSE * self._width < self.u(k) < 0):
-            return False
-        return abs(self.u(k + period) / self.u(k) - a) < AS_PREDICTED
-
-
-def _returned(far: _Walk, k: int, a: float, period: int) -> FarImage:
-    """Divide the contraction of whole turns beside the border out of the way back."""
-    turns = min((k - 1) // period, int(math.log(LEAST) / math.log(a)))
-    return FarImage(
-        period,
-        a,
-        *far.local(k + 1, period),
-        fate="returns",
-        steps=k - turns * period,
-        height=-far.u(k) / a**turns,
-        slope=far.slope(k) / a**turns,
-        path=tuple(far.path(k)[:SHOWN].tolist()),
+def _images(f: Map1D, border: OneSided, side: int, n: int) -> tuple[Floats, Floats]:
+    """Return images 1 to n of one side of a border, NaN once it has left, and slopes of f^1, ..."""
+    value, slope = (
+        (border.left, border.left_slope) if side < 0 else (border.right, border.right_slope)
     )
+    x = advance(f, np.array([value]), n - 1)[0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return x, slope * np.cumprod(np.append(1.0, values_and_slopes(f, x[:-1])[1]))
+
+
+def _first_beside(u: Floats, a: float, period: int, close: float) -> int | None:
+    """Find the first displacement, near and negative, that f^p contracts by a; None if none is."""
+    if not 0 < a < 1:
+        return None
+    here, later = u[:-period], u[period:]
+    with np.errstate(all="ignore"):
+        beside = (-close < here) & (here < 0) & (np.abs(later / here - a) < AS_PREDICTED)
+    return int(beside.argmax()) if beside.any() else None
 
 
 def _recurrence(orbit: Floats, width: float) -> int:
