@@ -160,14 +160,15 @@ class Flip:
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` where the orbit is gone."""
         orbit = follow_orbit(f, self.points)
+        points = orbit.points[:-1]
         return Reading(
             value=orbit.slope + 1.0,
             noise=multiplier_noise(f, orbit),
-            points=orbit.points,
+            points=points,
             multipliers=(orbit.slope,),
-            condition=Flip(self.period, orbit.points),
+            condition=Flip(self.period, points),
             labels=orbit.labels,
-            visited=orbit.points,
+            visited=points,
         )
 
 
@@ -274,14 +275,15 @@ class Connection:
         if not path.complete:
             raise ConditionLost(path.end_reason(critical))
         orbit = follow_orbit(f, self.points)
+        points = orbit.points[:-1]
         return Reading(
-            value=path.points[-1] - orbit.points[0],
+            value=path.points[-1] - points[0],
             noise=rounding(f, path, critical.uncertainty) + orbit.error,
-            points=orbit.points,
+            points=points,
             multipliers=(orbit.slope,),
-            condition=Connection(critical.critical, self.side, self.k, orbit.points),
+            condition=Connection(critical.critical, self.side, self.k, points),
             labels=path.labels + orbit.labels,
-            visited=path.points[1:-1] + orbit.points,
+            visited=path.points[1:-1] + points,
             critical=critical,
             path=path.points,
         )

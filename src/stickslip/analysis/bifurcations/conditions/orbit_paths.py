@@ -40,6 +40,7 @@ class Path:
     slopes: tuple[float, ...]  # of the map at all points but the last
     labels: tuple[int, ...]  # of the points that the map was evaluated at
     complete: bool  # all images exist
+    error: float = 0.0  # bound of the points' errors, where these were solved for
 
     @property
     def slope(self) -> float:
@@ -112,25 +113,10 @@ def rounding(f: Map1D, path: Path, position: float = 0.0) -> float:
 # ---------------------------------------------------------------- periodic orbits
 
 
-@dataclass(frozen=True)
-class Followed:
-    """A periodic orbit after Newton's method."""
-
-    points: tuple[float, ...]
-    slopes: tuple[float, ...]
-    labels: tuple[int, ...]
-    error: float  # bound of the points' errors
-
-    @property
-    def slope(self) -> float:
-        """The multiplier."""
-        return math.prod(self.slopes)
-
-
-def multiplier_noise(f: Map1D, orbit: Followed) -> float:
+def multiplier_noise(f: Map1D, orbit: Path) -> float:
     """Estimate the rounding in a multiplier: in each slope, and by the points' errors."""
     h = STEP * domain_width(getattr(f, "whole", f))
-    _, beside = values_and_slopes(f, np.array(orbit.points) + h)
+    _, beside = values_and_slopes(f, np.array(orbit.points[:-1]) + h)
     with np.errstate(all="ignore"):
         bends = np.abs(beside / np.array(orbit.slopes) - 1.0) / h
     # Across a break, or beside a slope of zero, this says nothing.
@@ -138,7 +124,7 @@ def multiplier_noise(f: Map1D, orbit: Followed) -> float:
     return float(abs(orbit.slope) * relative.sum())
 
 
-def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Followed:
+def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Path:
     """Find the orbit close to where it was in another map, or raise `ConditionLost`."""
     scale = domain_width(getattr(f, "whole", f))
     found = polish_on(f, np.array([points]), scale)
@@ -148,7 +134,7 @@ def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Followed:
     if len(x) > 1 and np.min(np.abs(x[1:] - x[0])) <= DISTINCT * scale:
         raise ConditionLost(f"the orbit of period {len(points)} has become one of a shorter period")
     slopes, labels = tuple(found.slopes[0].tolist()), tuple(found.labels[0].tolist())
-    return Followed(tuple(x.tolist()), slopes, labels, float(found.error.max()))
+    return Path((*x.tolist(), float(x[0])), slopes, labels, True, float(found.error.max()))
 
 
 def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
