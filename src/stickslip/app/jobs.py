@@ -9,14 +9,19 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Final
 
+from stickslip.numerics.threads import IN_PIECES
+
 SLICE: Final = 0.02  # seconds of work after which others get their turn
 OVERDUE: Final = 0.1  # seconds of work after which a slot that others wait for is taken back
 REPORTED: Final = 0.5  # seconds between two reports of progress
+SLOW: Final = 0.05  # seconds between two checkpoints: from then on less is launched at once
+QUICK: Final = 0.01  # ... more of it, up to what pays for a thread
+FIRST: Final = 1 / 32  # ... of which the first launch is this share
 CREDIT: Final = 0.5  # seconds of work by which a client that comes anew is ahead of others
 
 _current: ContextVar[Job | None] = ContextVar("job", default=None)  # of its helping threads, too
@@ -211,6 +216,7 @@ class Job:
         self._called_off = False
         self._ticket = _Ticket(client, user, patient)
         self._turning = threading.Lock()
+        self._share = FIRST
 
     def call_off(self) -> None:
         """Let the work end at its next checkpoint."""
@@ -240,14 +246,26 @@ class Job:
         self._gate.join(self._ticket)
         try:
             self._compute()
-            token = _current.set(self)
             try:
-                yield self
+                with _working(self):
+                    yield self
             finally:
-                _current.reset(token)
                 self._rest()
         finally:
             self._gate.part(self._ticket)
+
+    def launch(self, task: Callable[[int, int], None], size: int, smallest: int) -> None:
+        """Run ``task(start, stop)`` over ``range(size)``, a checkpoint before each piece."""
+        start = 0
+        while start < size or not start:  # nothing, too, once
+            self.check()
+            stop, since = min(size, start + max(1, int(self._share * smallest))), time.monotonic()
+            task(start, stop)
+            start, seconds = max(stop, 1), time.monotonic() - since
+            if seconds > SLOW:
+                self._share /= 4
+            elif seconds < QUICK:
+                self._share = min(1.0, 2 * self._share)
 
     def _compute(self) -> None:
         """Wait for a slot."""
@@ -262,9 +280,15 @@ class Job:
             self._left -= self._gate.leave(self._ticket)
 
 
-def has_job() -> bool:
-    """Whether this thread works for a job; in a process that helps a job none does."""
-    return _current.get() is not None
+@contextmanager
+def _working(job: Job | None) -> Iterator[None]:
+    """Let checkpoints be a job's, and launches have them."""
+    token, launching = _current.set(job), IN_PIECES.set(None if job is None else job.launch)
+    try:
+        yield
+    finally:
+        _current.reset(token)
+        IN_PIECES.reset(launching)
 
 
 def checkpoint() -> None:
@@ -273,14 +297,9 @@ def checkpoint() -> None:
         job.check()
 
 
-@contextmanager
-def undisturbed() -> Iterator[None]:
+def undisturbed() -> AbstractContextManager[None]:
     """Pass over checkpoints: for work that must not wait for a turn."""
-    token = _current.set(None)
-    try:
-        yield
-    finally:
-        _current.reset(token)
+    return _working(None)
 
 
 def progress_between(low: float, high: float) -> Callable[[float], None]:

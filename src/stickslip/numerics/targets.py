@@ -22,7 +22,7 @@ from numba.core import event
 
 from stickslip.numerics import kernel_cache
 from stickslip.numerics.linking import Kernel
-from stickslip.numerics.threads import pool, threads_start
+from stickslip.numerics.threads import IN_PIECES, pool, threads_start
 from stickslip.numerics.waiting import waiting
 
 config: Any = numba.config
@@ -201,6 +201,9 @@ def available_threads() -> int:
 
 def launch(task: Callable[[int, int], None], size: int, threads: int, smallest: int) -> None:
     """Run ``task(start, stop)`` over ``range(size)``, cut into tiles for `threads` threads."""
+    if (in_pieces := IN_PIECES.get()) is not None:
+        in_pieces(task, size, smallest)
+        return
     # Kernels release the interpreter lock. Tiles shrink towards the end, so that all threads end
     # together, but not much below `smallest` items.
     if threads == 1 or size <= smallest:

@@ -5,13 +5,19 @@ from __future__ import annotations
 import os
 import threading
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextvars import ContextVar
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 PROCESS = "STICKSLIP_PROCESS"  # set in the environment of those that share the cores
+
+IN_PIECES: Final[ContextVar[Callable[[Callable[[int, int], None], int, int], None] | None]] = (
+    ContextVar("in_pieces", default=None)
+)
+"""Launches what kernels do, in this context, in place of threads: work that may be called off."""
 
 
 @cache

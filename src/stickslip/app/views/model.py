@@ -1,11 +1,9 @@
-"""A model's map, whose work can be called off, its laws, locus, motions and limit cycles."""
+"""A model's map, its laws, locus, motions and limit cycles."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,14 +11,11 @@ from msgspec import to_builtins
 
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.app.jobs import checkpoint, has_job
 from stickslip.app.requests import BadRequestError, Part, fastest, is_ours, model_of, refuse_busy
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.return_map import SectionMap, return_map
 from stickslip.mechanics.cycle.search import find_cycle
-from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.of_model import map_of as map_of_model
-from stickslip.mechanics.eventmap.records import Outputs
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus as geometry
 
@@ -30,101 +25,18 @@ if TYPE_CHECKING:
     from stickslip.app import requests
     from stickslip.app.requests import Diagram, OfMap, Request, Section
     from stickslip.mechanics.cycle.cycle import Cycle
-    from stickslip.mechanics.eventmap.backend import Backend
-    from stickslip.mechanics.eventmap.records import Controls
     from stickslip.mechanics.flow.trajectory import Event, Trajectory
     from stickslip.mechanics.model.arguments import Model
     from stickslip.mechanics.model.plant import Plant
     from stickslip.numerics.arrays import Floats
 
 
-SLOW: Final = 0.05  # seconds between two checks: from then on fewer motions are followed at once
-QUICK: Final = 0.01  # ... more of them
-FIRST: Final = 16  # motions before the second check
-MOST: Final = 4096  # between any two
 MAX_EVENTS: Final = 20_000
 CYCLE_SAMPLES: Final = 2000
 NO_CYCLE: Final = "no cycle was found"
 KNOWN_PLACE: Final = 1e-9  # of its velocity: as which a contact's displacement is recognised
 CODES: Final = np.array([0, 1, 2], dtype=np.uint8)
 """How modes travel: stick, forward (1), backward (-1, the last)."""
-
-
-class WatchedBackend:
-    """A backend that passes a checkpoint before each piece of its work."""
-
-    def __init__(self, backend: Backend) -> None:
-        self._backend = backend
-        self.name = backend.name
-        self._piece = FIRST
-
-    def _pieces(self, d: Floats) -> Iterator[Floats]:
-        """Cut points into pieces that take a moment each, with a checkpoint before each."""
-        if not has_job():
-            yield d
-            return
-        start = 0
-        while start < len(d) or not start:
-            checkpoint()
-            stop, since = start + self._piece, time.monotonic()
-            yield d[start:stop]
-            start = stop
-            self._adapt(time.monotonic() - since)
-
-    def _adapt(self, seconds: float) -> None:
-        if seconds > SLOW:
-            self._piece = max(1, self._piece // 4)
-        elif seconds < QUICK:
-            self._piece = min(MOST, self._piece * 2)
-
-    def value(self, d: float) -> float:
-        """Value at one d."""
-        checkpoint()
-        return self._backend.value(d)
-
-    def carry(self, d: Floats, *, slope: bool = False, watch: bool = False) -> Outputs:
-        """Values at each d, and slopes."""
-        found = [self._backend.carry(some, slope=slope, watch=watch) for some in self._pieces(d)]
-        if len(found) == 1:
-            return found[0]
-        return Outputs(*map(np.concatenate, zip(*found, strict=True)))
-
-    def parameter_slope(self, d: Floats, name: str) -> Floats:
-        """df/d(name) at each d."""
-        found = [self._backend.parameter_slope(some, name) for some in self._pieces(d)]
-        return np.concatenate(found)
-
-    def iterate(self, orbits: Floats) -> None:
-        """Fill rows from their first entries on, some steps at a time."""
-        if not has_job():
-            return self._backend.iterate(orbits)
-        start = 0
-        while start < orbits.shape[1] - 1:
-            checkpoint()
-            stop, since = start + max(1, self._piece // max(1, len(orbits))), time.monotonic()
-            part = np.ascontiguousarray(orbits[:, start : stop + 1])
-            self._backend.iterate(part)
-            orbits[:, start : stop + 1] = part
-            start = stop
-            self._adapt(time.monotonic() - since)
-
-    def itinerary(self, d: float) -> str:
-        """Modes of each phase, as text."""
-        checkpoint()
-        return self._backend.itinerary(d)
-
-
-class Watched(ModelMap):
-    """A map whose evaluations end when the answer is no longer wanted."""
-
-    def _backend_of(self, controls: Controls) -> Backend:
-        return WatchedBackend(super()._backend_of(controls))
-
-
-@cache
-def _watched_kind(kind: type) -> Any:
-    """Make the watched kind of a kind of map, as `Watched` is one of all."""
-    return type(f"Watched{kind.__name__}", (Watched, kind), {})
 
 
 PATIENCE: Final = 1e4  # times the inverse of the fastest rate: how long a return is waited for
@@ -138,14 +50,9 @@ def any_map(request: OfMap) -> Any:
             f = map_of_model(model, threads=1)
         else:
             f = return_map(model, threads=1, **settings_of(section))
-        patience = {"max_time": PATIENCE / fastest(model)} if isinstance(f, SectionMap) else {}
-        return watched(f, **patience)
-
-
-def watched(f: Any, **changes: Any) -> Any:
-    """Make a map whose work can be called off from one that goes on."""
-    kind: Any = type(f)
-    return _watched_kind(kind)(f.model, **{**f.settings, **changes})
+        if isinstance(f, SectionMap):
+            f = type(f)(model, **{**f.settings, "max_time": PATIENCE / fastest(model)})
+        return f
 
 
 def settings_of(section: Section) -> dict[str, Any]:
