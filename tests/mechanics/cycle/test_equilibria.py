@@ -104,6 +104,29 @@ def test_amplitudes_at_onset_follow_the_lyapunov_coefficient() -> None:
     assert fall == pytest.approx(2 * fast.lyapunov, rel=0.03)
 
 
+def test_a_mode_crosses_beside_one_that_neither_grows_nor_decays() -> None:
+    """F = 1/(1 + 3 s) feeds the first block alone; the other one slides undamped."""
+    squealing, neutral = ss.PoppStelter(gamma=3), ss.Coulomb(mu=0.3)
+    model = ss.Blocks(
+        mass=[1, 1],
+        stiffness=np.diag([1.0, 0.5]),
+        damping=np.diag([0.5, 0.0]),
+        static=[1, 1],
+        friction=[squealing, neutral],
+        V=0.3,
+    )
+    (alone,) = ss.equilibria(ss.Oscillator(V=0.3, damping=0.5, friction=squealing))[0].hopf_points
+    (found,) = ss.equilibria(model)
+    (point,) = found.hopf_points
+    for name in ("V", "frequency", "crossing", "lyapunov"):
+        assert getattr(point, name) == pytest.approx(getattr(alone, name), rel=1e-9), name
+    assert alone.changes_stability
+    assert not point.changes_stability  # it is neutral beyond, which is not stable
+    (hopf,) = ss.follow(found, "V", (0.2, 0.8)).bifurcations
+    assert hopf.value == pytest.approx(alone.V, rel=1e-12)
+    assert "frequency 1, calms" in repr(hopf)
+
+
 def test_two_modes_may_cross_at_one_speed() -> None:
     """Equal blocks but for their limits: damping (d, -d), which time reversal and a swap keep."""
     law = ss.PoppStelter(gamma=3, delta=0.2, eta=0.1)

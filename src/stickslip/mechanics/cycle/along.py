@@ -12,15 +12,15 @@ from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, P
 from stickslip.analysis.continuation.follower import contained
 from stickslip.checks import checked_interval
 from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria, equilibrium_at
-from stickslip.mechanics.cycle.hopf import NEUTRAL, coalescences, crossings
+from stickslip.mechanics.cycle.hopf import NEUTRAL, coalescences, crossings, rates_beside
 from stickslip.mechanics.cycle.sliding import Model, steady_states
 from stickslip.mechanics.model.arguments import checked_parameter
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Sequence
 
-    from stickslip.numerics.arrays import Floats
+    from stickslip.numerics.arrays import Complexes, Floats
 
 N_VALUES: Final = 401  # over the range; two crossings between neighbours may be missed
 BESIDE: Final = 1e-6  # of the range: where stability is looked at beside a Hopf point
@@ -60,7 +60,7 @@ def follow_equilibrium(
         w = [np.interp(value, values, column) for column in speeds.T]
         return _sliding(model.replace(**{parameter: value}), np.array(w))
 
-    def eigenvalues(value: float) -> NDArray[np.complex128]:
+    def eigenvalues(value: float) -> Complexes:
         return at(value).eigenvalues
 
     points = np.array([at(value).x for value in values.tolist()])
@@ -70,9 +70,8 @@ def follow_equilibrium(
     found += [("flutter", value) for value in coalescences(eigenvalues, values)]
     for kind, value in sorted(found, key=lambda each: each[1]):
         here = at(value)
-        growing = here.eigenvalues[here.eigenvalues.imag > 0]
-        critical = growing[[np.argmin(np.abs(growing.real))]]
         beside = [eigenvalues(value + sign * BESIDE * (high - low)) for sign in (-1, 1)]
+        critical = np.array([_crossing(here.eigenvalues, beside)])
         below, above = (
             each.real.max() * (abs(each.real.max()) > NEUTRAL * np.abs(each).max())
             for each in beside
@@ -103,6 +102,12 @@ def follow_equilibrium(
         data={},
         problem=EquilibriumProblem(model),
     )
+
+
+def _crossing(values: Complexes, beside: Sequence[Complexes]) -> complex:
+    """Mode that crosses the axis; one that is neutral on either side too does not."""
+    upper = values[values.imag > 0].tolist()
+    return min(upper, key=lambda mode: (not any(rates_beside(mode, beside)), abs(mode.real)))
 
 
 def _sliding(model: Model, w: Floats) -> Equilibrium:

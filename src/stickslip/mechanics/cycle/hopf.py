@@ -19,7 +19,7 @@ from stickslip.mechanics.cycle.sliding import (
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from stickslip.numerics.arrays import Complexes, Floats
 
@@ -125,12 +125,20 @@ def hopf_points(model: Model, speeds: tuple[float, float]) -> tuple[HopfPoint, .
 
 def crossings(eigenvalues: Callable[[float], Complexes], grid: Floats) -> list[float]:
     """Parameter values at which a pair of sorted eigenvalues crosses the imaginary axis."""
-    rates = np.array([_growth_rates(eigenvalues(value)) for value in grid.tolist()])
+    every = np.array([_growth_rates(eigenvalues(value)) for value in grid.tolist()])
+    # Modes that are neutral everywhere stand between growing ones and others: a pair that crosses
+    # would change places with them, and no sorted rate its sign.
+    neutral = int((every == 0.0).sum(axis=1).min())
+
+    def others(rates: Floats) -> Floats:
+        return np.delete(rates, np.argsort(np.abs(rates), kind="stable")[:neutral])
+
+    rates = np.array([others(row) for row in every])
     found: list[float] = []
     for j in range(rates.shape[1]):
 
         def rate(value: float, j: int = j) -> float:
-            return float(eigenvalues(value)[j].real)
+            return float(others(eigenvalues(value).real)[j])
 
         for low, high in _brackets(rate, grid, rates[:, j]):
             found.append(float(brentq(rate, low, high, xtol=1e-300, rtol=1e-15)))
@@ -172,6 +180,11 @@ def _growth_rates(values: Complexes) -> Floats:
     return rates
 
 
+def rates_beside(mode: complex, beside: Sequence[Complexes]) -> list[float]:
+    """Growth rates, at neighbouring values, of the mode that is nearest to one."""
+    return [float(_growth_rates(each)[np.argmin(np.abs(each - mode))]) for each in beside]
+
+
 def _brackets(
     rate: Callable[[float], float], grid: Floats, values: Floats
 ) -> list[tuple[float, float]]:
@@ -202,27 +215,19 @@ def _points(model: Model, V: float) -> list[HopfPoint]:
     critical = (np.abs(linear.values.real) <= CRITICAL * size) & (linear.values.imag > 0)
     step = SPEED_STEP * V
     beside = [modes(model, V + sign * step).values for sign in (-1, 1)]
-    changes = bool(np.prod([values.real.max() for values in beside]) < 0)
-    return [
-        _point(here, linear, int(k), (beside[0], beside[1]), step, changes)
-        for k in np.flatnonzero(critical)
-    ]
+    changes = bool(np.prod([_growth_rates(values)[0] for values in beside]) < 0)
+    found = []
+    for k in np.flatnonzero(critical):
+        before, after = rates_beside(linear.values[k], beside)
+        if before or after:  # it is not neutral there too
+            found.append(_point(here, linear, int(k), (after - before) / (2 * step), changes))
+    return found
 
 
-def _point(
-    here: Model,
-    linear: Modes,
-    k: int,
-    beside: tuple[Complexes, Complexes],
-    step: float,
-    changes: bool,
-) -> HopfPoint:
+def _point(here: Model, linear: Modes, k: int, crossing: float, changes: bool) -> HopfPoint:
     n = here.n_blocks
     frequency = float(linear.values[k].imag)
     mode = linear.vectors[:, k] / linear.vectors[np.argmax(np.abs(linear.vectors[:n, k])), k]
-    before, after = (
-        float(values[np.argmin(np.abs(values - 1j * frequency))].real) for values in beside
-    )
     coefficient, size = _lyapunov(here, linear.matrix, mode, frequency)
     criticality: Literal["super", "sub"] | None = None
     if coefficient is not None and abs(coefficient) > DEGENERATE * size:
@@ -231,7 +236,7 @@ def _point(
         model=here,
         V=here.V,
         frequency=frequency,
-        crossing=(after - before) / (2 * step),
+        crossing=crossing,
         changes_stability=changes,
         lyapunov=coefficient,
         criticality=criticality,
