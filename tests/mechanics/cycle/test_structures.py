@@ -12,8 +12,9 @@ import stickslip as ss
 def test_a_brake_with_mode_coupling_flutters_where_its_modes_meet() -> None:
     """Hoffmann et al., Mech. Res. Comm. 29 (2002): the normal force is carried by a spring."""
     kxx, kyy, kxy, kn = 2.0, 1.3, 0.35, 1.1
-    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), static=2.0, V=0.5, load=[0.0, kn])
-    brake = ss.Structure(mass=[1, 1], stiffness=[[kxx, kxy], [kxy, kyy]], contacts=[contact])
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), static=2.0, V=0.5, load=[0.0, kn, 0.0])
+    stiffness = [[kxx, kxy, 0.0], [kxy, kyy, 0.0], [0.0, 0.0, 9.0]]  # the third body stands by
+    brake = ss.Structure(mass=[1, 1, 1], stiffness=stiffness, contacts=[contact])
     critical = (kxy + (kxx - kyy) ** 2 / (4 * kxy)) / kn
     (sliding,) = ss.equilibria(brake)
     (flutter,) = ss.follow(sliding, "mu_1", (0.1, 1.0)).bifurcations
@@ -22,7 +23,7 @@ def test_a_brake_with_mode_coupling_flutters_where_its_modes_meet() -> None:
     frequency = flutter.multipliers[0].imag
     assert frequency**2 == pytest.approx((kxx + kyy) / 2, rel=1e-7)  # a double eigenvalue
     # In balance the load is that of the normal force with friction.
-    x, y = sliding.x
+    x, y, _ = sliding.x
     np.testing.assert_allclose(kxx * x + kxy * y, 0.3 * (2.0 + kn * y), rtol=1e-14)
 
 
