@@ -159,6 +159,18 @@ def test_a_neutral_family_ends_where_a_motion_grazes(share: float) -> None:
     assert not ss.simulate(model, together, [0, 0], t_end=200).events
 
 
+def test_a_diagonal_mass_may_be_given_as_a_matrix() -> None:
+    contacts = [ss.Contact(at=k, friction=ss.Coulomb(mu=0.3), V=0.1) for k in (0, 1)]
+    families = [
+        ss.equilibria(ss.Structure(mass, [[2, -1], [-1, 2]], contacts=contacts))[0].neutral_family
+        for mass in (np.array([1.0, 2.0]), np.diag([1.0, 2.0]))
+    ]
+    assert families[0] is not None
+    assert families[1] is not None
+    np.testing.assert_allclose(families[1].frequencies, families[0].frequencies, rtol=1e-14)
+    assert families[1].V == 0.1
+
+
 def test_other_models_have_no_neutral_family() -> None:
     assert ss.equilibria(ss.examples.law9())[0].neutral_family is None
     damped = ss.examples.coulomb().replace(damping=0.1)

@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 
 from stickslip.mechanics.cycle.sliding import Model, steady_displacements
 from stickslip.mechanics.model.arguments import state_vector
+from stickslip.mechanics.model.plant import times
 from stickslip.results.result import Result
 from stickslip.results.table import numbered
 
@@ -88,7 +89,7 @@ def neutral_family(model: Model) -> NeutralFamily | None:
     speeds = np.linspace(0.0, 2.0 * model.V, N_SPEEDS)
     if any(np.asarray(law.slope(speeds)).any() for law in model.laws):
         return None
-    squares, modes = eigh(plant.stiffness, np.diag(plant.mass))
+    squares, modes = eigh(plant.stiffness, times(plant.mass, np.eye(len(plant.mass))))
     largest = np.take_along_axis(modes, np.abs(modes).argmax(axis=0)[None], axis=0)
     return NeutralFamily(
         steady_displacements(model, model.V), model.V, np.sqrt(squares), modes / largest
