@@ -328,3 +328,13 @@ def test_derivatives_next_to_grazing_and_at_grazing() -> None:
     assert touching.margin < by.margin / 100
     assert touching.status == ss.status.ONE_SIDED
     assert found.derivative("V").multipliers[1:].any() == 0.0  # what sticking forgets
+
+
+def test_two_blocks_that_land_and_leave_at_once_have_derivatives_on_one_side_alone() -> None:
+    """A stronger or a weaker block has its events later: the period becomes 10 longer."""
+    model = ss.Chain(static=[1, 1], alpha=1.2, V=0.2, friction=ss.Coulomb(mu=0.3))
+    found = ss.find_cycle(model, [0.9, 0.9], [0.2, 0.2])
+    by = found.derivative("static_1")
+    assert (by.margin, by.status) == (0.0, ss.status.ONE_SIDED)
+    beside = ss.find_cycle(model.replace(static_1=1 + 1e-4), found.x, found.v)
+    assert beside.period > found.period + 9.0

@@ -40,6 +40,7 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
     """Collect them along a motion, by ascending size of the room."""
     motion, feet = shooter.motion, shooter.model.plant.elastic
     shooter.place(state)
+    alone = motion.joint is None and not feet  # else an event may bring about another one
     found: list[Touch] = []
     t, last = 0.0, (-np.inf, -1)
     while t < duration:
@@ -51,6 +52,7 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
             found += _inside(shooter, block, int(mode[block]), float(needed[block]), t, h)
         t += h
         if motion.event.any():
+            at_once = alone and np.count_nonzero(motion.event) > 1
             for i in map(int, np.flatnonzero(motion.event == LANDING)):
                 # A foot that comes to rest is at its kinetic force, with F(0) = 1 at its limit, and
                 # sticks: the force turns back as the velocity does.
@@ -61,8 +63,8 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
             shooter.engine.settle(motion, shooter.work)
             changed = np.flatnonzero(motion.mode != mode)
             for i in changed[:1]:
-                if i != last[1] and last[1] >= 0:
-                    found.append(Touch("tie", t, int(i), t - last[0]))
+                if at_once or (i != last[1] and (alone or t > last[0])):
+                    found.append(Touch("tie", t, int(i), 0.0 if at_once else t - last[0]))
                 last = (t, int(i))
     return sorted(found, key=lambda touch: abs(touch.room))
 
