@@ -8,6 +8,8 @@ from tests.mechanics.flow.test_elastic_contacts import blade
 from tests.sizes import slow
 
 import stickslip as ss
+from stickslip.mechanics.cycle.mode_changes import touches
+from stickslip.mechanics.cycle.shooting import Shooter
 
 
 def response(force: float, frequencies: np.ndarray) -> np.ndarray:
@@ -91,6 +93,16 @@ def test_a_mass_on_a_belt_sticks_and_slips_by_a_spring() -> None:
     first, second, third = (motion.x(time)[0] - cycle.x[0] for time in sticks[:3])
     assert second / first == pytest.approx(largest.real, abs=1e-4)
     assert third / second == pytest.approx(largest.real, abs=1e-4)
+
+
+def test_touches_are_collected_after_a_step_without_length() -> None:
+    """A foot on a body that rests with another contact rests at once."""
+    belt = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.2)
+    elastic = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), static=0.5, V=0.2, stiffness=2.0)
+    model = ss.Structure(mass=[1], stiffness=[[1]], contacts=[belt, elastic])
+    shooter = Shooter(model, tangents=False)
+    state = shooter.start(np.array([0.9, 0.0]), np.array([0.2, 0.2]))
+    assert max(touch.time for touch in touches(shooter, state, 15.0)) > 12.0
 
 
 def test_steady_sliding_does_not_feel_a_spring_between() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
-from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING
+from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING, MAX_INSTANT
 from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
 
@@ -42,18 +42,20 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
     shooter.place(state)
     alone = motion.joint is None and not feet  # else an event may bring about another one
     found: list[Touch] = []
-    t, last = 0.0, (-np.inf, -1)
+    t, last, instant = 0.0, (-np.inf, -1), 0
     while t < duration:
         mode, needed = motion.mode.copy(), motion.e.copy()
         h, status = shooter.follow(0.0, duration - t, steps=1)
-        if status or h <= 0.0:
+        instant = instant + 1 if h == 0.0 else 0
+        if status or instant > MAX_INSTANT * shooter.n_contacts:
             break
         for block in range(shooter.n_contacts):
             found += _inside(shooter, block, int(mode[block]), float(needed[block]), t, h)
         t += h
         if motion.event.any():
             at_once = alone and np.count_nonzero(motion.event) > 1
-            for i in map(int, np.flatnonzero(motion.event == LANDING)):
+            # Who lands without a step has just left, to rounding, or ties with another one.
+            for i in map(int, np.flatnonzero((motion.event == LANDING) & (h > 0.0))):
                 # A foot that comes to rest is at its kinetic force, with F(0) = 1 at its limit, and
                 # sticks: the force turns back as the velocity does.
                 if i not in feet:
