@@ -100,6 +100,22 @@ def test_a_table_of_the_very_points_is_no_law_to_compare() -> None:
         ss.compare_fits([ss.fit(table, seen, []), ss.fit(BLOCK, seen, ["mu"])])
 
 
+def test_data_taken_in_any_units_are_left_out_like_others() -> None:
+    law, s = ss.Stribeck(mu=0.5, speed=30.0), np.geomspace(1.0, 300.0, 40)
+    noise = np.random.default_rng(1).normal(scale=0.005, size=len(s))
+    seen = ss.ForcePoints(s, law.force(s) + noise, sigma=0.005)
+    fits = [
+        ss.fit(BLOCK.replace(friction=each), seen, names, check_units=False)
+        for each, names in ((law, ["mu", "speed"]), (ss.Coulomb(mu=0.5), ["mu"]))
+    ]
+    found = ss.compare_fits(fits)
+    assert found.law == ("stribeck", "coulomb")
+    assert found.left_out[0] == pytest.approx(1.0, abs=0.3)
+    assert found.left_out[1] > 5.0
+    with pytest.raises(ValueError, match="same units"):
+        fits[0].misfit(seen)
+
+
 def test_what_is_known_besides_counts_as_data() -> None:
     seen = forces(LAWS["Stribeck"][0], 4)
     free = ss.fit(BLOCK, seen, ["mu", "speed"])

@@ -176,7 +176,7 @@ def _left_out(found: Fit) -> float:
     for kept, other in _parts(found):
         try:
             again = found._again([found._started(*each) for each in kept])
-            misfits.append(again.misfit(other))
+            misfits.append(again.misfit(other, check_units=False))
         except ValueError:  # of the part, or without it, the law meets nothing
             return float(np.inf)
     return float(np.sqrt(np.sum(misfits) / len(found.residuals))) if misfits else float(np.nan)

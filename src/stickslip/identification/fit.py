@@ -306,12 +306,12 @@ class Fit(Result):
         sizes, axes = np.linalg.eigh(self.covariance)
         return np.asarray((axes * np.sqrt(np.maximum(sizes, 0.0))).T)
 
-    def misfit(self, data: Data | Sequence[Data]) -> float:
+    def misfit(self, data: Data | Sequence[Data], *, check_units: bool = True) -> float:
         """Compare the fitted model with data that were not fitted.
 
         Parameters
         ----------
-        data : as of `fit`
+        data, check_units : as of `fit`
 
         Returns
         -------
@@ -325,9 +325,9 @@ class Fit(Result):
         ValueError
             Data that do not belong to the model, or of which it meets nothing.
         """
-        given = _listed(data)
+        given, check_units = _listed(data), flag("check_units", check_units)
         for number, each in enumerate(given, start=1):
-            check_belongs(self.model, each, number, check_units=True)
+            check_belongs(self.model, each, number, check_units=check_units)
         ends = np.zeros(0), np.zeros(0)
         found, _ = _searched(self.model, given, (), ends, {}, self.loss, None, 1, MOST)
         return found.chi2
