@@ -108,6 +108,15 @@ def test_a_forced_block_repeats_with_its_forcing() -> None:
     assert cycle.residual < 1e-11
 
 
+def test_a_forced_search_goes_on_for_whole_periods_however_few_it_may() -> None:
+    force = ss.Harmonic(2.0, frequency=0.2)  # so slow that the block sticks several times in each
+    model = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2, forcing=force)
+    known = ss.find_cycle(model, [0.0], [0.0])
+    few = ss.find_cycle(model, known.x + 1e-4, known.v, max_events=1)
+    assert few.period == pytest.approx(force.period)
+    np.testing.assert_allclose([few.x, few.v], [known.x, known.v], atol=1e-12)
+
+
 def test_motions_that_slide_for_ever_are_no_cycle() -> None:
     model = ss.Oscillator(V=0.5, friction=ss.Coulomb(mu=0.4))
     with pytest.raises(ValueError, match="neutral family"):

@@ -125,10 +125,10 @@ def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shootin
     time, along = beginning(cycle)
     rounds = round(cycle.period / plant.period) if plant.is_forced else 1
     if time > 0.0:
-        start = shooter.leg(start, 10**9, max_time=time).state
+        start = shooter.leg(start, max_time=time).state
     section = Section.through(plant, start, along)
     start = start._replace(t=section.time)
-    leg = shooter.leg(start, 10**9, max_time=cycle.period)
+    leg = shooter.leg(start, max_time=cycle.period)
     shooting = Shooting(model, name, section, word=word_of(leg), rounds=rounds, rtol=rtol)
     return shooting, shooting.unknowns(start, cycle.period, model.parameters[name])
 
@@ -274,7 +274,7 @@ def _once_around(shooting: Shooting, guess: Floats) -> Floats:
     """Replace a guess by where its motion is one period later: sticking leads onto the cycle."""
     model, state, period = shooting.start(guess)
     shooter = Shooter(model, rtol=shooting.rtol, tangents=False)
-    end: State = shooter.leg(state, 10**6, max_time=period).state
+    end: State = shooter.leg(state, max_time=period).state
     if (end.mode != state.mode).any():
         return guess
     return shooting.unknowns(end, period, float(guess[-1]))

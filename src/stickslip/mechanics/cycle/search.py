@@ -275,7 +275,7 @@ class _Search:
         states = [state]
         closest = CLOSE * self.size
         for _ in range(max_periods):
-            leg = self.plain.leg(state, max_periods, max_time=period)
+            leg = self.plain.leg(state, max_time=period)
             _check(leg)
             state = leg.state._replace(t=0.0)
             for back, other in enumerate(reversed(states[-64:]), start=1):
@@ -295,9 +295,9 @@ class _Search:
         # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away: no less far than
         # from the widest return that is worth an attempt.
         start, allowed = state, REACH * CLOSE * self.size
-        many, last = 10**9, math.inf
+        last = math.inf
         for _ in range(MAX_NEWTON):
-            leg = self.shooter.leg(state, many, max_time=period)
+            leg = self.shooter.leg(state, max_time=period)
             if leg.status != status_codes.OK:
                 return None
             off = self._off(leg, state)
@@ -315,7 +315,7 @@ class _Search:
         times = round(period / self.model.plant.period)
         for rounds in range(times, 1, -1):
             if times % rounds == 0:
-                once = self.shooter.leg(state, 10**9, max_time=period / rounds)
+                once = self.shooter.leg(state, max_time=period / rounds)
                 if self._is_back(state, once):
                     return once
         return leg

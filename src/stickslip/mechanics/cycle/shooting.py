@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.numerics.arrays import Floats, Ints
 
 
-MANY: Final = 2**62  # steps: no limit
+MANY: Final = 2**62  # steps, events: no limit
 
 
 class State(NamedTuple):
@@ -97,7 +97,7 @@ class Shooter:
         place(self.engine, self.motion, z, self.work)
         return self._state()
 
-    def leg(self, state: State, n_events: int, *, max_time: float = math.inf) -> Leg:
+    def leg(self, state: State, n_events: int = MANY, *, max_time: float = math.inf) -> Leg:
         """Follow a motion for some events that change modes, or for a time."""
         motion = self.motion
         self.place(state)
