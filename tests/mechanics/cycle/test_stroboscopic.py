@@ -253,6 +253,17 @@ def test_an_event_map_knows_no_time_of_a_step() -> None:
     assert np.isnan(ss.lyapunov_spectrum(chain, [0.1, 0.2], 20, transient=5).duration)
 
 
+def test_why_a_motion_ends_within_a_period_is_told() -> None:
+    """The load 1 + 0.8 x vanishes as the force pushes the block back."""
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), static=0.5, load=[0.8])
+    block = ss.Structure([1], [[1]], contacts=[contact], forcing=ss.Harmonic(2.0, 0.7))
+    lost = ss.stroboscopic_map(block).evaluate([0.0, 0.0])
+    assert lost.status == ss.status.CONTACT_LOST
+    assert np.isnan(lost.value).all()
+    few = ss.stroboscopic_map(BLOCK, max_events=1).evaluate([0.0, 0.0])
+    assert few.status == ss.status.EVENT_LIMIT
+
+
 def test_bad_input_is_told() -> None:
     with pytest.raises(ValueError, match="unforced: give period="):
         ss.stroboscopic_map(ss.examples.coulomb())

@@ -53,12 +53,12 @@ class PeriodBackend:
         shooter = self._shooter(tangents=slope)
         outputs = new_outputs(d.shape, d.shape[1] if slope else 0)
         outputs.margin.fill(np.nan)
-        outputs.status.fill(status_codes.EVENT_LIMIT)
         out, into = self.model.plant.jacobians
         for k, state in enumerate(d):
             leg = self.leg(shooter, state)
             outputs.duration[k], outputs.n_events[k] = leg.duration, len(leg.events)
             outputs.label[k] = self._label(leg)
+            outputs.status[k] = leg.status or status_codes.EVENT_LIMIT
             if self._arrived(leg):
                 outputs.status[k] = status_codes.OK
                 outputs.value[k] = np.concatenate(self.model.plant.states(leg.state.z))
