@@ -186,6 +186,17 @@ def test_a_forced_oscillator_from_velocities() -> None:
     assert inside(found, {"mu": 0.5, "damping": 0.2})
 
 
+@pytest.mark.parametrize("free", [False, True])
+def test_feet_of_elastic_contacts_need_no_start(free: bool) -> None:
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), stiffness=4.0)
+    model = ss.Structure(mass=[1.0], stiffness=[[1.0]], damping=[0.1], contacts=[contact])
+    t = np.linspace(0.0, 8.0, 80)
+    values, sigma = noisy(ss.simulate(model, [2.0], [0.0], t_end=8.0).x(t)[:, :1])
+    seen = ss.Record(t, values, sigma=sigma, x0=[2.0], v0=[0.0], blocks=[1], free_start=free)
+    found = ss.fit(model.replace(mu_1=0.4), seen, ["mu_1"])
+    assert inside(found, {"mu_1": 0.5})
+
+
 def test_times_of_events() -> None:
     model = ss.examples.coulomb()
     motion = ss.simulate(model, d=0.1, t_end=200)

@@ -27,6 +27,7 @@ from stickslip.mechanics.flow.dense import piece_row
 from stickslip.mechanics.flow.system import BACKWARD, FORWARD
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.friction.code import law_code
+from stickslip.mechanics.model.arguments import checked_state
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -94,20 +95,22 @@ class Start:
         self.on_belt = data.d is not None
         self.free = data.free_start
         self.given: Floats | None = None
-        self.n_positions = len(model.plant.mass)
+        self.n_parts = 2 if model.plant.n_positions else 1
         self.names: tuple[str, ...] = ("d",)
         if self.on_belt:
             self.given = np.asarray(data.d)
         else:
-            self.names = ("x0", "v0") if model.plant.n_positions else ("x0",)
+            self.names = ("x0", "v0")[: self.n_parts]
             if data.x0 is not None:
-                self.given = np.concatenate([np.asarray(data.x0), np.asarray(data.v0)])
+                full = checked_state(model, data.x0, data.v0)
+                # Feet may be left out; where a start is unknown theirs is too.
+                self.given = np.concatenate(full if self.free else (data.x0, data.v0))
 
     def arguments(self, state: Floats, *, on_belt: bool) -> dict[str, Any]:
         """Arguments of `simulate` for a start."""
         if on_belt:
             return {"d": float(state[0]) if len(state) == 1 else state}
-        return {"x": state[: self.n_positions], "v": state[self.n_positions :]}
+        return dict(zip("xv", np.split(state, self.n_parts), strict=False))
 
 
 class RecordTerm(Term):
