@@ -147,6 +147,9 @@ def test_bad_chains_are_told() -> None:
         CHAIN.replace(sttic_2=1.0)
     with pytest.raises(ValueError, match="amplitude"):
         ss.Harmonic(amplitude=np.inf, frequency=1.0)
+    for amplitude in ([[1.0, 2.0], [3.0, 4.0]], [1.0, np.nan], []):
+        with pytest.raises(ValueError, match=r"amplitude = .*one finite number per coordinate"):
+            ss.Harmonic(amplitude, frequency=1.0)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="frequency"):
         ss.Harmonic(amplitude=1.0, frequency=0.0)
 

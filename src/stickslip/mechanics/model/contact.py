@@ -64,12 +64,10 @@ class Harmonic:
         """Check every number once."""
         given = self.amplitude
         if dimensions(given) == 0:
-            amplitude: float | tuple[float, ...] = _amplitude("amplitude", given)
+            why = "An amplitude is a force in units of f_s1."
+            amplitude: float | tuple[float, ...] = finite_number("amplitude", given, why=why)
         else:
-            amplitude = tuple(
-                _amplitude(f"amplitude[{i}]", value)
-                for i, value in enumerate(real_numbers("amplitude", given).ravel())
-            )
+            amplitude = _weights("amplitude", given)
         object.__setattr__(self, "amplitude", amplitude)
         why = "A forcing repeats after 2 pi / frequency."
         frequency = finite_number("frequency", self.frequency, above=0.0, why=why)
@@ -116,10 +114,6 @@ def harmonic_of(numbers: Mapping[str, Any]) -> Harmonic:
     *amplitude, frequency, phase = numbers.values()
     given = amplitude[0] if "amplitude" in numbers else tuple(amplitude)
     return Harmonic(given, frequency, phase)
-
-
-def _amplitude(name: str, value: object) -> float:
-    return finite_number(name, value, why="An amplitude is a force in units of f_s1.")
 
 
 @suggests
