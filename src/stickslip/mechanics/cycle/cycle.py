@@ -45,8 +45,8 @@ class Cycle(Result):
     events : tuple of Event
         Changes of mode in one period, times from that state on.
     d : ndarray
-        Differences ``X_{i+1} - X_i`` of its global stick phases, shape (k, N - 1): an orbit of
-        the event map; empty if it has none.
+        Differences ``X_{i+1} - X_i`` of its global stick phases, shape (k,) for two blocks, else
+        (k, N - 1): an orbit of the event map; empty if it has none.
     residual : float
         Largest difference of the state from itself a period later.
     """
