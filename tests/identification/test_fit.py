@@ -244,6 +244,14 @@ def test_periods_of_cycles_over_the_speed_of_the_belt() -> None:
         ss.fit(BLOCK.replace(forcing=ss.Harmonic(amplitude=1.0, frequency=1.0)), data, ["mu"])
 
 
+def test_a_derivative_that_there_is_not_moves_nothing() -> None:
+    """A period has none, inf, where a multiplier is 1."""
+    periods = ss.CyclePeriods([0.1, 0.2, 0.3], [7.0, 8.0, 9.0], sigma=0.1)
+    gradient = np.array([[1.0], [np.inf], [np.nan]])
+    answer = term_of(periods, BLOCK, 1).answered(np.array([7.1, 8.0, np.nan]), gradient, "")
+    np.testing.assert_allclose(answer.jacobian, [[10.0], [0.0], [0.0]])
+
+
 def test_forces_over_speeds_and_a_record_together() -> None:
     s = np.linspace(0.01, 1.5, 40)
     force, sigma = noisy(BLOCK.friction.force(s))

@@ -299,7 +299,9 @@ class RecordTerm(Term):
                 if self.over_belt and "V" in names:
                     slope[n_bodies:, names.index("V")] -= 1.0
                 links.append(np.nan_to_num(off / self.size, nan=MISSED))
-                link_gradients.append(np.nan_to_num(slope / self.size[:, None]))
+                link_gradients.append(
+                    np.nan_to_num(slope / self.size[:, None], posinf=0.0, neginf=0.0)
+                )
             table.add(slice(first, last), values, gradient)
             states.append(values[: last - first].copy())
             if end is not None:  # who rides may have been taken to
@@ -382,7 +384,7 @@ class SeriesTerm(Term):
     def answered(self, fitted: Floats, gradient: Floats, matched: str) -> Answer:
         """Compare the data with what a model gives for them, NaN where it gives nothing."""
         off = (fitted - self.measured[:, 0]) / self.sigma[:, 0]
-        jacobian = np.nan_to_num(gradient / self.sigma)
+        jacobian = np.nan_to_num(gradient / self.sigma, posinf=0.0, neginf=0.0)
         no_links = np.zeros(0), np.zeros((0, gradient.shape[1]))
         return Answer(filled(off), jacobian, fitted, *no_links, matched)
 
