@@ -15,6 +15,7 @@ from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.diagrams.diagram import Diagram
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram, diagram_of
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram as of_a_system
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.work import Work
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.results.files import load
@@ -260,6 +261,12 @@ class TestResult:
             assert one.ends[0].value == other.ends[0].value
         np.testing.assert_array_equal(again.attractors.points, window.attractors.points)
         assert repr(again) == repr(window)
+
+    def test_without_any_attractor_there_is_a_table(self, tmp_path):
+        f = PiecewiseMap(lambda x, a: x + 10 + a, (-1, 1), parameters={"a": 0.0})
+        diagram = bifurcation_diagram(f, "a", (0, 1, 5), n_lists=2)
+        assert len(diagram.attractors) == diagram.table().n_rows == 0
+        diagram.save(tmp_path / "diagram.csv")
 
     def test_labelled_arrays(self, doubling):
         pytest.importorskip("xarray", reason="xarray is an extra")

@@ -268,10 +268,14 @@ class Diagram(Result):
 def _points(d: Floats, **facts: Any) -> dict[str, Any]:
     """Rows for points of shape (n, p, ...); facts for all rows, or of shape (n, 1) or (p,)."""
     shape = d.shape[:2]
-    there = np.isfinite(d.reshape(*shape, -1)).all(axis=2)
+    d = d.reshape(*shape, math.prod(d.shape[2:]))
+    there = np.isfinite(d).all(axis=2)
     facts["point"] = np.arange(shape[1]) + 1
     facts = {"multiplier": np.nan, "lyapunov": np.nan, **facts}
     names = ("value", "what", "number", "kind", "period", "point")
     spread = {name: np.broadcast_to(facts[name], shape)[there] for name in (*names, *LAST)}
-    places = numbered("d", d[there].reshape(int(there.sum()), -1))
-    return {**{n: spread[n] for n in names}, **places, **{n: spread[n] for n in LAST}}
+    return {
+        **{n: spread[n] for n in names},
+        **numbered("d", d[there]),
+        **{n: spread[n] for n in LAST},
+    }
