@@ -186,8 +186,11 @@ def diagram_of(
     work.tell(0.5)
     if isinstance(survey, OrbitSurvey):
         parts: list[Any] = fill(maps, values, sampled)
-        count = work.part(0.6, 1.0).steps(len(values))
-        rows = _attractors_in_space(survey, maps, values, count) if attractors else []
+        if attractors:
+            count = work.part(0.6, 1.0).steps(len(values))
+            rows = _attractors_in_space(survey, maps, values, count)
+        else:
+            rows = [_stable_cycles(parts, k) for k in range(len(values))]
     else:
         critical = _critical_points(values, breaks, anchors) if attractors else None
         near_lists = np.searchsorted(values, [node.q for node in anchors])
