@@ -114,7 +114,8 @@ class Result:
         ----------
         path : str or path
             Ends in ``.json``, or has no suffix: every digit, for `stickslip.load`; in ``.csv``:
-            the table; in ``.nc``: NetCDF of `to_xarray` (needs the extra ``sweep``).
+            the table; in ``.nc``: NetCDF of `to_xarray` (needs the extra ``sweep``), complex
+            numbers as ``..._real`` and ``..._imag``.
 
         Raises
         ------
@@ -229,10 +230,13 @@ class ResultList(Result, Sequence[Item]):
 
 
 def _for_netcdf(dataset: xr.Dataset) -> xr.Dataset:
-    """Write as text what NetCDF has no type for: objects, and whole numbers above 32 bits."""
+    """Write what NetCDF has no type for: as text, and complex numbers as their two parts."""
     plain = dataset.copy()
     for name, variable in dataset.variables.items():
-        if variable.dtype.kind == "O" or _is_large(variable.values):
+        if variable.dtype.kind == "c":
+            del plain[name]
+            plain[f"{name}_real"], plain[f"{name}_imag"] = variable.real, variable.imag
+        elif variable.dtype.kind == "O" or _is_large(variable.values):
             texts = [str(flat(cell, repr)) for cell in variable.values.ravel().tolist()]
             values = np.array(texts, dtype=np.str_).reshape(variable.shape)
             plain[name] = (variable.dims, values)

@@ -61,6 +61,14 @@ def test_a_diagram_is_a_table_and_a_file(diagram, tmp_path):
     assert diagram.overview()["begins"].tolist().count("flip") == 1
 
 
+def test_netcdf_holds_both_parts_of_multipliers(diagram, tmp_path):
+    xarray = pytest.importorskip("xarray", reason="xarray is an extra")
+    diagram.save(tmp_path / "diagram.nc")
+    data = xarray.load_dataset(tmp_path / "diagram.nc")
+    multipliers = np.array([orbit.multipliers for orbit in diagram.orbits])
+    np.testing.assert_array_equal(data.multiplier_real + 1j * data.multiplier_imag, multipliers)
+
+
 def test_points_are_foretold_in_the_root_up_to_the_flip():
     a = 3 * 0.49 / 4 + np.geomspace(1e-6, 0.1, 9)
     found = bifurcation_diagram(henon(0.1), "a", a, max_period=2, n_lists=2, attractors=False)
