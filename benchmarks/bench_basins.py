@@ -43,7 +43,7 @@ def loop_in_c(f, cells, x):
 def bench_henon_basins(benchmark, report, call):
     f = ss.Map(henon, 2, parameters={"a": 1.4, "b": 0.3}, domain=[(-2.5, 2.5)] * 2)
     found = ss.attractors(f)
-    cells = cells_of(found)
+    cells = cells_of(f, found)
     ends = np.linspace(-2.0, 2.0, SIDE)
     x = np.stack(np.meshgrid(ends, ends, indexing="ij"), axis=-1).reshape(-1, 2).copy()
     grid = [(-2.0, 2.0, SIDE)] * 2

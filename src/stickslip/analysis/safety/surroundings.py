@@ -181,7 +181,7 @@ class SpaceSurroundings:
         self.f, self.found, self.k = f, found, k
         attractor: AttractorND = found[k]
         self.points = attractor.points
-        self.cells, self.tree = cells_of(found), cKDTree(self.points)
+        self.cells, self.tree = cells_of(f, found), cKDTree(self.points)
         self._spread: tuple[Floats, Indices, Indices] | None = None
 
     def fate(self, x: Floats) -> Indices:

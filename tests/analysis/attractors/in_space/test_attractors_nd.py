@@ -73,7 +73,7 @@ def test_basins_of_the_cubic_map_are_known():
 def test_many_points_are_followed_compiled_with_the_same_fates(monkeypatch):
     """Once a name was changed on one side only, and NumPy did it all, forty times slower."""
     f = henon()
-    cells = cells_of(ss.attractors(f))
+    cells = cells_of(f, ss.attractors(f))
     x = box_points(f.domain, 200_000)
 
     def refused(*_):
@@ -368,6 +368,15 @@ def test_results_are_kept_and_drawn(tmp_path, roots):
     roots.plot()
     assert isinstance(roots, BasinsND)
     assert "undecided" in repr(roots)
+
+
+def test_attractors_from_a_file_serve_the_map_at_hand(tmp_path):
+    """A file holds no Python function: what it held is one of no map."""
+    f = ss.Map(lambda z: z / 2, 2, domain=[(-1, 1)] * 2)
+    ss.attractors(f).save(tmp_path / "found")
+    found = ss.load(tmp_path / "found")
+    assert found.system is None
+    assert ss.basins(f, found, n_samples=8).share(0).value == 1.0
 
 
 def test_features_group_orbits():

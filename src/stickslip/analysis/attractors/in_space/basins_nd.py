@@ -229,7 +229,7 @@ def find_basins(
     """Follow the points of a grid, or starts spread over the domain; see `stickslip.basins`."""
     made = Grid((), (), np.full(f.dimension, math.nan)) if grid is None else checked_grid(f, grid)
     x = f.spread(n_samples) if grid is None else made
-    cells = cells_of(found)
+    cells = cells_of(f, found)
     work = Work() if work is None else work
     fate, steps = fates(f, x, cells, max_steps, work)
     hits = HITS

@@ -72,21 +72,20 @@ def _key(x: Floats, box: Floats, per_cell: Floats, counts: Integers) -> Integers
     return np.asarray(key)
 
 
-def cells_of(found: AttractorListND) -> Cells | None:
+def cells_of(f: MapND, found: AttractorListND) -> Cells | None:
     """Mark the cells about attractors; fine enough to keep them apart; None if there is none."""
     if not len(found):
         return None
     size = found.resolution
     for _ in range(HALVINGS):
-        made, apart = _marked(found, size)
+        made, apart = _marked(f, found, size)
         if apart:
             break
         size *= 0.5
     return made
 
 
-def _marked(found: AttractorListND, size: float) -> tuple[Cells, bool]:
-    f: Any = found.system
+def _marked(f: MapND, found: AttractorListND, size: float) -> tuple[Cells, bool]:
     step = size * found.widths
     n = len(step)
     points = np.concatenate([attractor.points for attractor in found])

@@ -168,7 +168,7 @@ def _matched(
     max_steps: int,
 ) -> tuple[int, ...]:
     """Give attractors the numbers of the known ones whose points come to them."""
-    cells, claims = cells_of(now), []
+    cells, claims = cells_of(f, now), []
     for number, attractor in zip(numbers[-1], before, strict=True):
         points = attractor.points[-MATCHED:]
         fate = fates(f, points, cells, max_steps)[0]
