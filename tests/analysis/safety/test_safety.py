@@ -291,6 +291,14 @@ def test_what_makes_no_sense_is_refused(options, message):
         ss.safety(cubic(1.4), **options)
 
 
+@pytest.mark.parametrize("n", [1, 2])
+def test_what_was_found_must_be_attractors_of_such_a_map(n):
+    line = ss.attractors(cubic(1.4))
+    f, wrong = (cubic(1.4), [1, 2]) if n == 1 else (ss.Map(lambda z: z / 2, 2), line)
+    with pytest.raises(ValueError, match=r"found = .* is not the result of ss\.attractors"):
+        ss.safety(f, found=wrong)
+
+
 def test_the_quasistatic_limit_has_no_impulses():
     f = ss.quasistatic_map(ss.TwoBlock(alpha=2, beta=1.1, V=0.05, friction=ss.Coulomb(mu=0.3)))
     assert ss.safety(f, n_samples=16).impulses == ()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from stickslip.analysis.attractors.attractor import AttractorList
+from stickslip.analysis.attractors.attractor import AttractorList, AttractorListND
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.attractors.recurrence import attracts, confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.attractors.attractor import AttractorListND
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
@@ -241,6 +240,12 @@ def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, 
         instance(f"{name}[{i}]", orbit, PeriodicOrbit, "an orbit, as from ss.periodic_orbits(f)")
         for i, orbit in enumerate(listed)
     )
+
+
+def checked_found(f: Map1D | MapND, found: Any) -> Any:
+    """Return the attractors of a map that a caller was given, or say what was given instead."""
+    kind: Any = AttractorListND if isinstance(f, MapND) else AttractorList
+    return instance("found", found, kind, "the result of ss.attractors(f) for this map")
 
 
 def _seeds(

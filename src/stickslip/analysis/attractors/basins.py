@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorList, AttractorListND
-from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.attractors import attractors, checked_found
 from stickslip.analysis.attractors.basin_pieces import (
     LEFT,
     UNDECIDED,
@@ -32,7 +32,6 @@ from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,
     finite_number,
-    instance,
     random_generator,
     whole_number,
 )
@@ -285,21 +284,14 @@ def basins(
     searched, rest = work.part(0.0, HALF), work.part(0.0 if found is not None else HALF, 1.0)
     search: Any = {"progress": searched.tell, "partial": work.partial}
     if isinstance(space := map_of(f), MapND):
-        listed = attractors(space, **search) if found is None else found
-        checked = instance(
-            "found", listed, AttractorListND, "the result of ss.attractors(f) for this map"
-        )
-        return find_basins(space, checked, grid, n_samples, max_steps, rest)
+        listed = attractors(space, **search) if found is None else checked_found(space, found)
+        return find_basins(space, listed, grid, n_samples, max_steps, rest)
     if grid is not None:
         raise ValueError("grid is for maps of R^n: basins on a line are intervals.")
     f = line_map(f)
     branches = branch_table(f)
     table = branches.laps
-    known = (
-        attractors(f, **search)
-        if found is None
-        else instance("found", found, AttractorList, "the result of ss.attractors(f)")
-    )
+    known = attractors(f, **search) if found is None else checked_found(f, found)
     pieces = first_pieces(f, table, branches.unknown, known)
     causes = first_causes(f, table, pieces.edges)
     pieces, rounds, cut, floor = pieces.joined(), 0, 0, SLIVER

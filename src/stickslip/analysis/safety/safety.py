@@ -14,7 +14,7 @@ from stickslip.analysis.attractors.attractor import (
     AttractorListND,
     AttractorND,
 )
-from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.attractors import attractors, checked_found
 from stickslip.analysis.attractors.basins import basins
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate
 from stickslip.analysis.attractors.in_space.fractions import searched_along
@@ -320,7 +320,7 @@ def safety(
         )
 
     if parameter is None:
-        return measured(f, attractors(f) if found is None else found, number)
+        return measured(f, attractors(f) if found is None else checked_found(f, found), number)
     if found is not None:
         raise ValueError("found is of one map: along a parameter attractors are searched for.")
     wanted_values = grid("values", values)
