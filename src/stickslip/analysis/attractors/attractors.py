@@ -13,16 +13,18 @@ from stickslip.analysis.attractors.recurrence import attracts, confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
-from stickslip.analysis.maps.arguments import line_map, map_of
+from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import MapND, checked_points
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,
     MOST_STEPS,
+    check_callback,
     flag,
     instance,
     random_generator,
+    real_numbers,
     shown,
     whole_number,
 )
@@ -166,17 +168,20 @@ def attractors(
     n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     fast, work = flag("interpolate", interpolate), Work(progress, partial)
     orbits = _orbits("known", known)
+    check_callback("features", features, "an orbit's points (k, n)")
+    if starts is not None and not real_numbers("starts", starts).size:
+        raise ValueError(f"starts = {shown(starts)} is empty: at least one point is needed.")
     if isinstance(space := map_of(f), MapND):
+        not_for("a line", known=bool(orbits), rng=rng is not None)
         x, widths = seeds(space, starts, n_starts)
         return search_attractors(space, x, widths, max_period, max_steps, features, work)
     f = line_map(f)
+    not_for("R^n", features=features is not None)
     table = branch_table(f)
     if starts is None:
         spread, start = _seeds(f, table.laps, n_starts, rng)
     else:
         spread = start = np.atleast_1d(checked_points(f.domain, starts, "starts")).ravel()
-        if not start.size:
-            raise ValueError(f"starts = {shown(starts)} is empty: at least one point is needed.")
     stand_in = interpolated_map(table) if fast else None
     return _searched(f, table, stand_in, start, len(spread), max_period, max_steps, orbits, work)
 

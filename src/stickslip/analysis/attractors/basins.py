@@ -26,7 +26,7 @@ from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
 from stickslip.analysis.attractors.lyapunov import perturbed
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
-from stickslip.analysis.maps.arguments import line_map, map_of
+from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import MapND, advance, checked_points, domain_width
 from stickslip.analysis.work import Work
 from stickslip.checks import (
@@ -284,10 +284,10 @@ def basins(
     searched, rest = work.part(0.0, HALF), work.part(0.0 if found is not None else HALF, 1.0)
     search: Any = {"progress": searched.tell, "partial": work.partial}
     if isinstance(space := map_of(f), MapND):
+        not_for("a line", resolution=resolution != RESOLUTION, rng=rng is not None)
         listed = attractors(space, **search) if found is None else checked_found(space, found)
         return find_basins(space, listed, grid, n_samples, max_steps, rest)
-    if grid is not None:
-        raise ValueError("grid is for maps of R^n: basins on a line are intervals.")
+    not_for("R^n", grid=grid is not None, max_steps=max_steps != MAX_STEPS)
     f = line_map(f)
     branches = branch_table(f)
     table = branches.laps

@@ -9,10 +9,15 @@ import numpy as np
 
 from stickslip.analysis.exponents._tangent_kernels import carry_frame
 from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
-from stickslip.analysis.maps.arguments import checked_range, space_family, space_map
+from stickslip.analysis.maps.arguments import (
+    checked_range,
+    space_family,
+    space_map,
+    space_points,
+)
 from stickslip.analysis.maps.protocol import orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
-from stickslip.checks import MOST_STEPS, real_numbers, shown, whole_number
+from stickslip.checks import MOST_STEPS, shown, whole_number
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
@@ -118,7 +123,7 @@ def lyapunov_spectrum(
     """
     found = space_map(f)
     n, skip = checked_steps_of_mean(n, transient)
-    x = _checked_starts(found, "x0", x0)
+    x = space_points(found, "x0", x0)
     if x.ndim != 1:
         raise ValueError(f"x0 = {shown(x0)} holds several points: one orbit has one spectrum.")
     return _spectrum(found, x, n, skip)[0]
@@ -132,19 +137,9 @@ def checked_steps_of_mean(n: int, transient: int | None) -> tuple[int, int]:
     return n, whole_number("transient", transient, 0, at_most=MOST_STEPS)
 
 
-def _checked_starts(f: MapND, name: str, x: ArrayLike) -> Floats:
-    points = real_numbers(name, x)
-    if points.shape[-1:] != (f.dimension,) or not f.contains(points).all():
-        raise ValueError(
-            f"{name} = {shown(x)} is not allowed: its last axis must hold {f.dimension} numbers, "
-            "a point inside the map's domain."
-        )
-    return points
-
-
 def largest_exponents(f: MapND, x: ArrayLike, n: int, skip: int) -> tuple[Floats, Floats]:
     """Return the largest exponent of the orbits from points (..., d), and the errors, (...)."""
-    starts = _checked_starts(f, "d", x)
+    starts = space_points(f, "d", x)
     rows = [_Growth(f, row, n, skip, 1) for row in starts.reshape(-1, f.dimension)]
     shape = starts.shape[:-1]
     means, errors = np.array([_mean(row.logs) for row in rows]).reshape(-1, 2).T
@@ -326,7 +321,7 @@ def lyapunov_spectra(
     n, skip = checked_steps_of_mean(n, transient)
     values = grid_values("grid", grid)
     checked_range(family, parameter, (values.min(), values.max()), "grid")
-    start = here = _checked_starts(family, "x0", x0)
+    start = here = space_points(family, "x0", x0)
     found = []
     for value in values:
         f = family.replace(**{parameter: float(value)})

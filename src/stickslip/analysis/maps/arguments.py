@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stickslip.analysis.maps.protocol import FamilyND, Map1D, MapFamily, MapND, Modelled
-from stickslip.checks import checked_interval, finite_number, parameter_name, shown
+from stickslip.checks import checked_interval, finite_number, parameter_name, real_numbers, shown
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from stickslip.analysis.maps.protocol import Floats
 
 
 def map_of(f: object) -> Any:
@@ -54,6 +59,23 @@ def space_family(system: object) -> FamilyND:
     if isinstance(f, FamilyND):
         return f
     raise ValueError(f"system = {shown(system)} has no parameters to vary.")
+
+
+def not_for(kind: str, **given: bool) -> None:
+    """Refuse what was given but is for maps of the other kind: nothing is ignored in silence."""
+    for name in (name for name, is_given in given.items() if is_given):
+        raise ValueError(f"{name} is for maps of {kind}, which this is not: leave it out.")
+
+
+def space_points(f: MapND, name: str, x: ArrayLike) -> Floats:
+    """Return points of a map's domain in R^n, shape (..., n), or say what was given instead."""
+    points = real_numbers(name, x)
+    if points.shape[-1:] != (f.dimension,) or not f.contains(points).all():
+        raise ValueError(
+            f"{name} = {shown(x)} is not allowed: its last axis must hold {f.dimension} numbers, "
+            "a point inside the map's domain."
+        )
+    return points
 
 
 def checked_parameter(f: MapFamily | FamilyND, name: object, role: str = "parameter") -> None:

@@ -391,6 +391,9 @@ def test_features_group_orbits():
     assert sorted(float(a.points[0, 0]) for a in found) == [-1.0, 1.0]
 
 
+_line = ss.PiecewiseMap(lambda x: x / 2, (-1, 1))
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -399,6 +402,16 @@ def test_features_group_orbits():
         (lambda f: ss.basins(f, n_samples=8).boundary_dimension(), "give grid="),
         (lambda f: ss.basins(f, n_samples=8).share(7), "attractor = 7"),
         (lambda f: ss.attractors(henon(domain=None)), "no bounds"),
+        *(
+            (lambda f, wrong=wrong: ss.attractors(f, **wrong), next(iter(wrong)))
+            for wrong in (
+                *({"starts": x} for x in ([[0.1, 0.2, 0.3]], [], "ab", [[9.0, 0.0]])),
+                *({"starts": [[math.nan, 0.0]]}, {"features": 1}, {"rng": 1}),
+            )
+        ),
+        (lambda f: ss.basins(f, resolution=0.1), "resolution is for maps of a line"),
+        (lambda f: ss.basins(_line, max_steps=9), "max_steps is for maps of R"),
+        (lambda f: ss.attractors(_line, features=np.mean), "features is for maps of R"),
         (lambda f: ss.basin_fractions(f, "c", [1.0]), "'c' is not a parameter"),
         (lambda f: ss.rotation_number(f, [0.0, 0.0]), "no angle"),
     ],

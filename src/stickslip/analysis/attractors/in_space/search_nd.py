@@ -14,6 +14,7 @@ import numpy as np
 from stickslip.analysis.attractors.attractor import AttractorListND, AttractorND
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent
 from stickslip.analysis.exponents.spectrum import exponent_along
+from stickslip.analysis.maps.arguments import space_points
 from stickslip.analysis.maps.protocol import apart, orbits, reduced, sample, turns
 from stickslip.analysis.orbits.newton import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import (
@@ -265,8 +266,8 @@ def _grouped(search: Search, paths: Floats, features: Callable[[Floats], Any]) -
 
 def seeds(f: MapND, starts: Any, n_starts: int) -> tuple[Floats, Floats]:
     """Return starts, reduced, and the widths of their region in each coordinate."""
-    x = f.spread(n_starts) if starts is None else np.atleast_2d(starts)
-    x = reduced(f, np.asarray(x, dtype=np.float64))
+    given = f.spread(n_starts) if starts is None else space_points(f, "starts", starts)
+    x = reduced(f, given.reshape(-1, f.dimension))
     widths = np.ptp(x, axis=0)
     if starts is not None and (domain := getattr(f, "domain", None)) is not None:
         given = np.ptp(np.asarray(domain, dtype=np.float64), axis=1)
