@@ -79,3 +79,13 @@ def test_a_plane_of_basins_tells_shares():
         f"leaves, {100 * basins.share(-2).value:.3g} %",
     ]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x_1$", "$x_2$")
+
+
+def test_each_point_of_a_grid_has_a_cell_about_it():
+    f = ss.Map(lambda z: z / 2, 2, domain=[(-1, 1)] * 2)
+    plane = ss.basins(f, grid=[[-1, -0.9, 1], (-1, 1, 5)]).plot(new_figure().add_subplot())
+    edges = plane.collections[0].get_coordinates()
+    np.testing.assert_allclose(edges[0, :, 0], [-1.05, -0.95, 0.05, 1.95])
+    np.testing.assert_allclose(edges[:, 0, 1], np.linspace(-1.25, 1.25, 6))
+    strip = ss.basins(f, grid=[(-1, 1, 5), 0.0]).plot(new_figure().add_subplot())
+    assert (strip.get_xlim(), strip.get_ylim()) == ((-1.25, 1.25), (0.0, 1.0))

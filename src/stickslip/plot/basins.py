@@ -62,13 +62,12 @@ def draw_basins_nd(basins: Any, ax: Axes | None = None, *, attractors: bool = Tr
         ax.bar(names, shares[:, 0], yerr=shares[:, 1], color=colors, edgecolor=PALETTE["grey"])
         ax.set_ylabel("share of starts")
         return ax
-    index = basins.index if basins.index.ndim == 2 else basins.index[:, None]
+    x, y = (*basins.axes, np.array([0.25, 0.75]))[:2]  # a strip: two rows fill 0 to 1
+    index = np.broadcast_to(basins.index.reshape(len(x), -1), (len(x), len(y)))
     colors = [mpl.colors.to_rgb(_looks(k)["facecolor"]) for k in (*range(n), LEFT, UNDECIDED)]
-    image = np.array(colors)[index]  # -2, -1 count from the end
-    x, *rest = basins.axes
-    y = rest[0] if rest else np.array([0.0, 1.0])
-    extent = (x[0], x[-1], y[0], y[-1])
-    ax.imshow(image.swapaxes(0, 1), origin="lower", extent=extent, aspect="auto")
+    image = np.array(colors)[index.T]  # -2, -1 count from the end
+    ax.pcolormesh(x, y, image, shading="nearest").set_rasterized(True)
+    limits = ax.get_xlim(), ax.get_ylim()
     first, *other = basins.coordinates
     ax.set_xlabel(coordinate_label(basins, first))
     if not other:
@@ -78,8 +77,7 @@ def draw_basins_nd(basins: Any, ax: Axes | None = None, *, attractors: bool = Tr
     if attractors and len(basins.point) == 2:
         for attractor in found:
             _draw_points(ax, attractor, PALETTE["black"])
-        ax.set_xlim(extent[:2])
-        ax.set_ylim(extent[2:])
+        ax.set(xlim=limits[0], ylim=limits[1])
     _tell_shares(ax, basins)
     return ax
 
