@@ -98,6 +98,8 @@ def test_a_film_of_another_ending_is_refused(tmp_path):
         ("portrait", "svg", {"d": 0.1, "block": 3}, "block"),
         ("locus", "csv", {}, "format"),
         ("motion", "gif", {"d": 0.1}, "format"),
+        ("diagram", "python", {"parameter": "U", "range": [0.1, 0.2]}, "parameter"),
+        ("diagram", "python", {"parameter": "V", "range": [0.2, 0.1]}, "range"),
     ],
 )
 def test_what_cannot_be_exported_is_said(client, view, kind, request_, field):

@@ -11,6 +11,7 @@ from stickslip.app.views.model import (
     MAX_EVENTS,
     any_map,
     map_of,
+    range_of,
     settings_of,
     space_map_of,
     start_of,
@@ -150,9 +151,9 @@ def _cycle(request: requests.Cycle) -> list[str]:
 
 
 def _diagram(request: requests.Diagram) -> list[str]:
-    low, high = request.range
+    low, high = range_of(map_of(request), request)  # the name is that of a parameter, too
     asked = f"max_period={request.max_period}, window={request.window!r}"
-    name = next(n for n in map_of(request).parameters if n == request.parameter)
+    name = request.parameter
     return [
         _map(request),
         f"values = np.linspace({low!r}, {high!r}, {request.values})",
