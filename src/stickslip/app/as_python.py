@@ -10,11 +10,14 @@ from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import (
     MAX_EVENTS,
     any_map,
+    block_of,
     map_of,
+    orbit_map_of,
     range_of,
     settings_of,
     space_map_of,
     start_of,
+    two_blocks,
 )
 from stickslip.app.views.section import grid_of, sides_of
 from stickslip.mechanics.cycle.return_map import SectionMap
@@ -121,6 +124,16 @@ def _event_map(request: requests.EventMap) -> list[str]:
     return lines
 
 
+def _cobweb(request: requests.Cobweb) -> list[str]:
+    orbit_map_of(request)
+    return [
+        "from stickslip.plot.maps import cobweb",
+        _map(request),
+        f"orbit = f.iterate({request.d!r}, {request.n})",
+        f"ax = cobweb(f, {request.d!r}, steps={request.n})",
+    ]
+
+
 def _started(request: requests.Start) -> tuple[str, dict[str, Any]]:
     """Write the model that the motion of a request is of, and give its start."""
     model, start = start_of(request)
@@ -134,6 +147,20 @@ def _simulated(request: requests.Motion) -> str:
     arguments = {**start, "t_end": request.t_end, "max_events": MAX_EVENTS}
     named = ", ".join(f"{name}={value!r}" for name, value in arguments.items())
     return f"motion = ss.simulate({model}, {named})"
+
+
+def _plane(request: requests.Plane) -> list[str]:
+    two_blocks(request)
+    return [
+        "from stickslip.plot.locus import trajectory_in_plane",
+        _simulated(request),
+        "ax = trajectory_in_plane(motion)",
+    ]
+
+
+def _locus(request: requests.Locus) -> list[str]:
+    two_blocks(request)
+    return ["from stickslip.plot.locus import stick_locus", "ax = stick_locus(model)"]
 
 
 def _cycle(request: requests.Cycle) -> list[str]:
@@ -177,12 +204,7 @@ def _basins(request: requests.Basins) -> list[str]:
 
 TEXTS: Final[dict[type[requests.Request], Any]] = {
     requests.EventMap: _event_map,
-    requests.Cobweb: lambda r: [
-        "from stickslip.plot.maps import cobweb",
-        _map(r),
-        f"orbit = f.iterate({r.d!r}, {r.n})",
-        f"ax = cobweb(f, {r.d!r}, steps={r.n})",
-    ],
+    requests.Cobweb: _cobweb,
     requests.Motion: lambda r: [
         _simulated(r),
         f"t = np.union1d(np.linspace(0.0, motion.t[-1], {r.samples}), motion.t)",
@@ -192,23 +214,16 @@ TEXTS: Final[dict[type[requests.Request], Any]] = {
     requests.Portrait: lambda r: [
         "from stickslip.plot.motion import phase_portrait",
         _simulated(r),
-        f"ax = phase_portrait(motion, {r.block})",
+        f"ax = phase_portrait(motion, {block_of(r)})",
     ],
-    requests.Plane: lambda r: [
-        "from stickslip.plot.locus import trajectory_in_plane",
-        _simulated(r),
-        "ax = trajectory_in_plane(motion)",
-    ],
+    requests.Plane: _plane,
     requests.Mechanism: lambda r: [
         "from stickslip.plot.breaks import mechanism",
         _simulated(r),
         "ax = mechanism(model, x=motion.x(0.0))",
     ],
     requests.Cycle: _cycle,
-    requests.Locus: lambda _: [
-        "from stickslip.plot.locus import stick_locus",
-        "ax = stick_locus(model)",
-    ],
+    requests.Locus: _locus,
     requests.Law: lambda r: [
         "from stickslip.plot.law import friction_characteristics",
         f"s = np.linspace(0.0, {r.range!r}, {r.points})",

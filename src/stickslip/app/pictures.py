@@ -21,13 +21,14 @@ from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.analysis.work import Work
 from stickslip.app import requests
 from stickslip.app.jobs import progress_between, undisturbed
-from stickslip.app.requests import BadRequestError, model_of
+from stickslip.app.requests import model_of
 from stickslip.app.views.diagram import surveyed
 from stickslip.app.views.event_map import window_of
 from stickslip.app.views.model import (
+    block_of,
     found_cycle,
     map_of,
-    naming,
+    orbit_map_of,
     range_of,
     simulated,
     space_map_of,
@@ -96,17 +97,13 @@ def _event_map(request: requests.EventMap) -> Draw:
 
 
 def _cobweb(request: requests.Cobweb) -> Draw:
-    f = map_of(request)
-    with naming("d"):
-        f.evaluate(request.d)
+    f = orbit_map_of(request)
     return lambda ax: cobweb(f, request.d, ax, steps=request.n)
 
 
 def _portrait(request: requests.Portrait) -> Draw:
-    motion = simulated(request)
-    if request.block > motion.model.n_blocks:
-        raise BadRequestError(f"block = {request.block} of {motion.model.n_blocks}", "block")
-    return lambda ax: phase_portrait(motion, request.block, ax)
+    block, motion = block_of(request), simulated(request)
+    return lambda ax: phase_portrait(motion, block, ax)
 
 
 def _plane(request: requests.Plane) -> Draw:

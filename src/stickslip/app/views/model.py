@@ -81,6 +81,21 @@ def space_map_of(request: OfMap) -> Any:
     return None if is_of_line(f := any_map(request)) else f
 
 
+def orbit_map_of(request: requests.Cobweb) -> Any:
+    """Make the map of the line that an orbit starts in."""
+    f = map_of(request)
+    with naming("d"):
+        f.evaluate(request.d)
+    return f
+
+
+def block_of(request: requests.Portrait) -> int:
+    """Return the number of the block that a portrait is of."""
+    if request.block > (n := model_of(request).n_blocks):
+        raise BadRequestError(f"block = {request.block} of {n}", "block")
+    return request.block
+
+
 def two_blocks(request: Request) -> Model:
     """Make the model of a view that only two blocks have, which are not forced."""
     model = model_of(request)
