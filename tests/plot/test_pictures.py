@@ -108,6 +108,10 @@ class TestLocus:
         stick_locus(examples.coulomb(), ax)
         assert (ax.get_xlabel(), ax.get_ylabel()) == ("$X_{1}$", "$X_{2}$")
 
+    def test_other_models_are_refused(self, ax):
+        with pytest.raises(ValueError, match="drawn of two blocks"):
+            stick_locus(Chain(static=[1] * 3, alpha=1, V=0.1, friction=Coulomb(mu=0.2)), ax)
+
 
 class TestLaw:
     def test_both_directions_oppose_the_slip(self, ax):

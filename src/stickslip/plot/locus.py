@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Polygon
 
+from stickslip.checks import shown
 from stickslip.mechanics.model import locus
 from stickslip.plot.motion import sample_times
 from stickslip.plot.style import PALETTE, axes_or_new
@@ -33,9 +34,19 @@ def stick_locus(model: Model, ax: Axes | None = None) -> Axes:
     -------
     matplotlib.axes.Axes
         Equal scales; a legend names the edges.
+
+    Raises
+    ------
+    ValueError
+        The model is not of two blocks on one belt without forcing.
     """
+    plant = model.plant
+    if not plant.rubs_as_one or model.n_blocks != 2 or plant.n_waves:
+        raise ValueError(
+            f"model = {shown(model)}: the locus is drawn of two blocks on one belt without forcing."
+        )
     ax = axes_or_new(ax)
-    corners = locus.corners(model.plant)
+    corners = locus.corners(plant)
     a, b, c, _ = corners
     ax.add_patch(Polygon(corners, facecolor=PALETTE["light"], alpha=0.5, lw=0.0))
     ax.add_patch(Polygon(corners, fill=False, ec="black", lw=0.8))
