@@ -242,6 +242,8 @@ def test_spectra_along_a_parameter(tmp_path):
     assert got.values[0, 0] < 0 < got.values[-1, 0]
     save(got, tmp_path / "spectra")
     assert load(tmp_path / "spectra") == got
+    one = lyapunov_spectra(henon(), "a", [1.4], [0.1, 0.1], 500)
+    assert one.at.tolist() == [1.4]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analysis.exponents._tangent_kernels import carry_frame
 from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
 from stickslip.analysis.maps.arguments import (
-    checked_range,
+    check_values,
     space_family,
     space_map,
     space_points,
@@ -320,7 +320,7 @@ def lyapunov_spectra(
     family = space_family(system)
     n, skip = checked_steps_of_mean(n, transient)
     values = grid_values("grid", grid)
-    checked_range(family, parameter, (values.min(), values.max()), "grid")
+    check_values(family, parameter, (values.min(), values.max()), "grid")
     start = here = space_points(family, "x0", x0)
     found = []
     for value in values:

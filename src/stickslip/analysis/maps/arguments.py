@@ -9,6 +9,8 @@ from stickslip.analysis.maps.protocol import FamilyND, Map1D, MapFamily, MapND, 
 from stickslip.checks import checked_interval, finite_number, parameter_name, real_numbers, shown
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.maps.protocol import Floats
@@ -87,11 +89,16 @@ def checked_range(
     f: MapFamily | FamilyND, name: str, ends: Any, role: str = "range"
 ) -> tuple[float, float]:
     """Return the ends of a range; a map may say by ``searched`` how far searches go."""
-    checked_parameter(f, name)
     low, high = checked_interval(role, ends)
+    check_values(f, name, (low, high), role)
+    return low, high
+
+
+def check_values(f: MapFamily | FamilyND, name: str, values: Iterable[float], role: str) -> None:
+    """Refuse values of a parameter that a map cannot have, or that searches do not go to."""
+    checked_parameter(f, name)
     widest = getattr(f, "searched", {}).get(name, (-inf, inf))
     why = "Beyond that, motions hardly ever come back to global stick, or take very long."
-    for end in (low, high):
-        finite_number(name, end, at_least=widest[0], at_most=widest[1], of=f"{role}", why=why)
-        f.replace(**{name: end})
-    return low, high
+    for value in values:
+        finite_number(name, value, at_least=widest[0], at_most=widest[1], of=role, why=why)
+        f.replace(**{name: value})
