@@ -235,6 +235,14 @@ def test_an_orbit_that_leaves_has_no_exponents():
     assert np.isnan(lyapunov_exponent(henon(), [5.0, 5.0], 100).value)
 
 
+def test_of_an_orbit_that_left_nothing_is_known():
+    class Timed(ss.Map):
+        period = 2.0
+
+    got = lyapunov_spectrum(Timed(lambda z: z + 1, 1, domain=[(0, 5)]), [0.5], 9, transient=0)
+    assert np.isnan([got.duration, got.dimension, *got.values]).all()
+
+
 def test_spectra_along_a_parameter(tmp_path):
     got = lyapunov_spectra(henon(), "a", (1.0, 1.4, 5), [0.1, 0.1], 500)
     assert got.values.shape == (5, 2)

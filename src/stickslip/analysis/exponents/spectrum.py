@@ -174,7 +174,7 @@ class _Growth:
             self.x = orbit[-1]
             points.append(orbit[:-1])
             if not np.isfinite(orbit).all():
-                growth[:] = np.nan
+                growth[:] = time = np.nan
                 break
             values = f.evaluate(orbit[:-1])
             jacobians = np.ascontiguousarray(values.derivative)
