@@ -137,7 +137,7 @@ def attractors(
     -----
     *Periodic*: values recur and labels repeat over ten periods, Newton's method starts and ends
     in the same word and hardly moves, the period is minimal and the multiplier lies inside the
-    unit circle by more than 1e-6. *Chaotic*: the exponent exceeds zero by five error bars, a
+    unit circle by more than 1e-5. *Chaotic*: the exponent exceeds zero by five error bars, a
     short interval grows into bands that map into themselves to 1e-9 of the domain, and no stable
     cycle up to `max_period` is found behind the orbit's contracting passages. *Neutral*: f^p(x) = x
     all over an interval wider than a thousandth of the domain. Everything else is *undecided*, with
