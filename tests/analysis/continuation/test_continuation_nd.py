@@ -88,6 +88,14 @@ def test_orbits_are_solved_anew_at_a_value(fixed):
         fixed.at(a=None)
 
 
+@pytest.mark.parametrize("beside", [1e-8, 1e-9, 1e-11, 1e-13])
+def test_both_orbits_beside_a_fold_are_solved_for(fixed, beside):
+    value = -0.49 / 4 + beside
+    x = [orbit.points[0, 0] for orbit in fixed.all_at(a=value)]
+    root = np.sqrt(beside) / value  # x = (0.7 ± 2 sqrt(a - fold)) / -2a
+    np.testing.assert_allclose(np.ptp(x), 2 * abs(root), rtol=1e-2)
+
+
 def test_an_orbit_of_twice_the_period_ends_at_the_flip():
     branch = branch_of(henon(0.5), "a", (0.1, 1.2), period=2)
     end = branch.ends[0]

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.follower import Half
     from stickslip.analysis.continuation.orbit_equations import Departure
     from stickslip.analysis.maps.protocol import Floats, PointValues
+    from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.numerics.continuation import WalkEnd
 
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
@@ -381,7 +382,7 @@ class OrbitProblem(Problem):
             return self.row(curve, row)
         orbit = self._solved(curve, value, between(curve.points, row, share))
         for start in (row + 1, row):
-            if getattr(orbit, "quality", "located") == "located":
+            if orbit is not None and not _beyond_fold(curve, row, orbit):
                 break
             own = float(curve.values[start])
             low, high = sorted((own, value))
@@ -393,7 +394,10 @@ class OrbitProblem(Problem):
 
     def _solved(self, curve: Curve, value: float, guess: Floats) -> Any:
         f = self.system.replace(**{curve.parameter: value})
-        return solve_orbit_nd(f, guess) if isinstance(f, MapND) else solve_orbit(f, guess)
+        if isinstance(f, MapND):
+            return solve_orbit_nd(f, guess)
+        orbit = solve_orbit(f, guess)
+        return orbit if orbit.quality == "located" else None
 
     def row(self, curve: Curve, row: int) -> Any:
         """Return the orbit of a row as it was solved: at an end a one-sided limit."""
@@ -422,6 +426,14 @@ class OrbitProblem(Problem):
         if isinstance(one, PeriodicOrbit):
             off -= np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
         return bool((off <= SAME * (1.0 + size)).all())
+
+
+def _beyond_fold(curve: Curve, row: int, orbit: PeriodicOrbit | PeriodicOrbitND) -> bool:
+    """Tell whether Newton's method went past a fold: det(M - 1) has another sign than nearby."""
+    own = orbit.multiplier if isinstance(orbit, PeriodicOrbit) else orbit.multipliers
+    multipliers = (*curve.multipliers[row : row + 2], own)
+    *beside, there = (np.prod(np.subtract(each, 1.0)).real for each in multipliers)
+    return bool(there * max(beside, key=abs) < 0.0)
 
 
 def orbit_follower(
