@@ -1,6 +1,7 @@
 """Orbits followed along a parameter, against closed forms and the paper's two systems."""
 
 import math
+from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
@@ -68,6 +69,18 @@ def test_the_doubled_orbit_ends_where_its_parent_flips():
     # The multiplier of the orbit is 4 + 2 r - r^2.
     r = branch.values
     assert branch.multipliers == pytest.approx(4 + 2 * r - r * r, abs=1e-12)
+
+
+def test_intervals_of_rows_contain_the_orbits():
+    parabola = PiecewiseMap(lambda x, a: a - x * x, (-2, 2), parameters={"a": 0.2})
+    curve = follow_orbit(periodic_orbits(parabola, 1)[1], parabola, "a", (-0.3, 0.3))
+    (fold,) = (item.row for item in curve.bifurcations)
+    for row in {*range(len(curve))} - {fold}:
+        with localcontext(prec=40):
+            root = (1 + 4 * Decimal(float(curve.values[row]))).sqrt()
+            x = (-1 + root) / 2 if curve.points[row, 0] > -0.5 else (-1 - root) / 2
+        low, high = curve[row].interval[0].tolist()
+        assert low <= x <= high < low + 1e-9
 
 
 def test_period_three_goes_through_its_fold():

@@ -20,7 +20,14 @@ from stickslip.analysis.continuation.follower import (
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import MapND, apart, domain_width, sample
-from stickslip.analysis.orbits.newton import monodromy, solve_orbit, solve_orbits
+from stickslip.analysis.orbits.newton import (
+    EPS,
+    ROUNDINGS,
+    error_bound,
+    monodromy,
+    solve_orbit,
+    solve_orbits,
+)
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 from stickslip.analysis.orbits.orbits_nd import multipliers_of, orbit_nd_of, solve_orbit_nd
 from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, StepTooLong
@@ -406,12 +413,17 @@ class OrbitProblem(Problem):
         residual = float(curve.data["residual"][row])
         if isinstance(f, MapND):
             return orbit_nd_of(f, points, curve.multipliers[row], labels, residual)
+        values = sample(f, points)
+        error = np.full(points.shape, residual + ROUNDINGS * EPS * np.abs(f.domain).max())
+        # On a border that ends the curve, solved for with the points, it may be one-sided.
+        if (values.label == labels).all() and np.isfinite(values.derivative).all():
+            (error,) = error_bound(values.derivative[None], error[None])
         return orbit_of(
             f,
             points,
             labels,
             multiplier=float(curve.multipliers[row]),
-            error=residual,
+            error=error,
             residual=residual,
         )
 
@@ -424,7 +436,8 @@ class OrbitProblem(Problem):
         """Tell whether two orbits coincide, to their errors."""
         off, size = np.abs(one.points - other.points), np.abs(one.points).max()
         if isinstance(one, PeriodicOrbit):
-            off -= np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
+            known = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
+            off -= np.minimum(known, ORBIT_OF_MAP)  # at a fold errors have no bound
         return bool((off <= SAME * (1.0 + size)).all())
 
 

@@ -57,12 +57,7 @@ class Polished(OrbitBundle):
     @cached_property
     def error(self) -> Floats:
         """Bound of the points' errors to first order; infinite where the equations are singular."""
-        bound = np.full(self.points.shape, np.inf)
-        with np.errstate(invalid="ignore"):  # not beside an infinite slope, or at a fold
-            singular = np.abs(self.slopes.prod(axis=1) - 1) <= EPS
-        usable = np.isfinite(self.slopes).all(axis=1) & ~singular
-        bound[usable] = inverse_bound(self.slopes[usable], self.off[usable])
-        return bound
+        return error_bound(self.slopes, self.off)
 
     @cached_property
     def collapsed(self) -> NDArray[np.bool_]:
@@ -188,6 +183,16 @@ def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Fl
     y: Floats = np.zeros(slopes.shape)
     cyclic_rows(slopes, right, periods, y)
     return y
+
+
+def error_bound(slopes: Floats, off: Floats) -> Floats:
+    """Bound the errors of orbits by residuals and rounding; infinite where that tells nothing."""
+    bound = np.full(slopes.shape, np.inf)
+    with np.errstate(invalid="ignore"):  # not beside an infinite slope, or at a fold
+        singular = np.abs(slopes.prod(axis=1) - 1) <= EPS
+    usable = np.isfinite(slopes).all(axis=1) & ~singular
+    bound[usable] = inverse_bound(slopes[usable], off[usable])
+    return bound
 
 
 def inverse_bound(slopes: Floats, off: Floats) -> Floats:
