@@ -167,6 +167,13 @@ def test_options_without_meaning_are_named(name):
         ss.follow(sliding, "damping", (0.5, 3.0), **{name: (0.0, 1.0)})
 
 
+def test_windows_are_for_lines():
+    f = ss.Map(lambda z, a: a - z**2, 1, parameters={"a": 0.2}, domain=[(-2, 2)])
+    curve = ss.follow(ss.periodic_orbits(f, 1)[0], "a", (0.1, 0.3))
+    with pytest.raises(ValueError, match="window is for .* a curve in R.n takes none"):
+        ss.follow(curve, "a", (0.0, 0.4), window=(0, 1))
+
+
 def test_other_things_are_refused(orbit):
     with pytest.raises(ValueError, match=r"thing = 3 cannot be followed. What can: an orbit"):
         ss.follow(3, "r", (0, 1))

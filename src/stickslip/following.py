@@ -124,8 +124,9 @@ def follow(
                 f"a curve of kind {thing.kind!r} does not go on from its ends: follow a solution "
                 f"on it in a wider range, such as curve[0] or curve.at({thing.parameter}=...)."
             )
-        _known_system(thing, "curve of orbits")
-        return _call(follow_on, "a curve", given, (thing, parameter, range), ORBIT, work)
+        in_space = isinstance(_known_system(thing, "curve of orbits"), FamilyND)
+        what, known = ("a curve in R^n", ORBIT[1:]) if in_space else ("a curve", ORBIT)
+        return _call(follow_on, what, given, (thing, parameter, range), known, work)
     if isinstance(thing, PeriodicOrbit):
         f = line_family(_known_system(thing, "orbit"))
         return _call(follow_orbit, "an orbit", given, (thing, f, parameter, range), ORBIT, work)
