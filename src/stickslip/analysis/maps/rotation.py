@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from stickslip.analysis.maps.arguments import map_of
+from stickslip.analysis.maps.arguments import map_of, space_points
 from stickslip.analysis.maps.derived import plain
 from stickslip.checks import MOST_STEPS, real_numbers, shown, whole_number
 from stickslip.numerics.waiting import waits
@@ -106,10 +106,11 @@ def rotation_number(
         raise ValueError(f"f = {shown(f)} has no angle. Take ss.Map(..., periodic=[...]).")
     n = whole_number("n", n, 2, at_most=MOST_STEPS, what="steps of a mean")
     skip = whole_number("transient", transient, 0, at_most=MOST_STEPS)
-    start = real_numbers("x0", x0)
+    start, line = real_numbers("x0", x0), not hasattr(f, "contains")
     if not (start.size and np.isfinite(start).all()):
         raise ValueError(f"x0 = {shown(x0)}: finite starting points are needed.")
-    line = not hasattr(f, "contains")
+    if not line and (start.ndim or f.dimension > 1):  # a number is a point of one coordinate
+        start = space_points(f, "x0", start)
     rows = start.reshape(-1) if line else start.reshape(-1, f.dimension)
     orbits = f.iterate(rows, skip + n)[:, skip:-1]
     turns = np.full((*orbits.shape[:2], int(np.isfinite(f.periods).sum())), np.nan)

@@ -447,6 +447,13 @@ def test_rotation_numbers_of_circle_maps():
         ss.rotation_number(_circle(0.4, reduce=True), 0.3)
 
 
+@pytest.mark.parametrize("start", [[0.1, 0.2, 0.3, 0.4], [0.1, 0.2, 0.3], 0.1])
+def test_starts_have_as_many_coordinates_as_the_map(start):
+    f = ss.Map(lambda z: z + 0.3, 2, periodic=[1.0, 1.0])
+    with pytest.raises(ValueError, match=r"x0 = .* 2 numbers"):
+        ss.rotation_number(f, start)
+
+
 def test_basins_of_a_shaken_block_by_its_return_map():
     """Shares of sampled starts against plain iteration of the same starts."""
     block = ss.Oscillator(
