@@ -65,3 +65,10 @@ def test_branches_come_and_go_along_a_parameter_down_to_none():
         model, "V", np.linspace(0.005, 0.1, 4), max_period=2, n_lists=6
     )
     assert diagram.unresolved == ()
+
+
+def test_where_a_map_is_infinite_it_has_no_value():
+    line = ss.PiecewiseMap(lambda x: 1 / x, (0, 1))
+    assert np.isnan([line(0.0), line.evaluate(0.0).value, line.iterate(0.0, 1)[1]]).all()
+    plane = ss.Map(lambda z: z / z[..., :1], 2)
+    assert np.isnan([plane([0.0, 0.0]), plane([0.0, 1.0]), plane.evaluate([0.0, 1.0]).value]).all()

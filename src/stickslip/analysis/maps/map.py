@@ -304,7 +304,8 @@ class Map(UserMap):
 
     def __call__(self, x: ArrayLike) -> Floats:
         """Return f(x), shaped like the points; NaN where there is no value."""
-        return reduced(self, self._recorded.values(self._checked(x), self._parameters))
+        value = reduced(self, self._recorded.values(self._checked(x), self._parameters))
+        return np.where(np.isfinite(value).all(axis=-1, keepdims=True), value, np.nan)
 
     def derivative(self, x: ArrayLike) -> Floats:
         """Return the Jacobian, shape (..., n, n)."""

@@ -264,7 +264,8 @@ class PiecewiseMap(UserMap, EvaluatedMap):
 
     def _value(self, x: ArrayLike) -> Floats:
         points = checked_points(self._domain, x)
-        return self._values(points.ravel()).reshape(points.shape)
+        value = self._values(points.ravel()).reshape(points.shape)
+        return np.where(np.isfinite(value), value, np.nan)
 
     def _values(self, x: Floats) -> Floats:
         return apply(self._func, x, self._parameters, self._arrays["func"])
