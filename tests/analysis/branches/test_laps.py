@@ -100,6 +100,7 @@ def test_locate_takes_the_right_one_of_two_laps():
         (examples.tent_with_hole(3.0), 1.0, [1 / 3, 2 / 3]),
         (examples.tent().power(2), 0.5, [0.125, 0.375, 0.625, 0.875]),
         (examples.logistic(2.0), 0.7, []),
+        (PiecewiseMap(lambda x: 0.5 * x, (0, 1e-7)), 2e-8, [4e-8]),
         (examples.border_collision(0.5, -2.0, 1.0), -30.0, []),
     ],
 )

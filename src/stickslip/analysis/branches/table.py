@@ -339,7 +339,7 @@ def resolution_of_lists(table: BranchTable, max_period: int) -> float:
     return table.resolution if few else widest
 
 
-def preimages(f: Map1D, x: float, *, resolution: float = RESOLUTION) -> Floats:
+def preimages(f: Map1D, x: float) -> Floats:
     """Return all y with f(y) = x, ascending, one per lap whose closed image contains x.
 
     At a jump the one-sided limits count as values; of a lap where f is x throughout, both ends.
@@ -350,7 +350,7 @@ def preimages(f: Map1D, x: float, *, resolution: float = RESOLUTION) -> Floats:
     array([0.25, 0.75])
     """
     value = finite_number("x", x, why="It is the value whose preimages are sought.")
-    laps = branch_table(f, resolution).laps
+    laps = branch_table(f).laps
     slack = SAME * max(abs(end) for end in f.domain)
     reached = np.flatnonzero((laps.value_min <= value + slack) & (laps.value_max >= value - slack))
     flat = laps.direction[reached] == 0
