@@ -116,7 +116,8 @@ class CurveEvent(_Place):
     error : float
         Bound of the error of `value`; NaN where none is known.
     row : int
-        The curve's row that is this point; at a Hopf point the one just before.
+        The curve's row that is this point; at a Hopf point, and at a crossing of two curves that
+        is only bracketed, the one just before.
     what : str
         What else is to be said.
     block : int or None

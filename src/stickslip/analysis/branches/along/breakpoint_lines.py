@@ -98,7 +98,7 @@ def _breaks_at(value: float, table: BranchTable) -> _Breaks:
 
 
 def _contrast(item: Breakpoint) -> float:
-    """How much the signal (`_Signal`) differs between the two sides."""
+    """How much the signal (`_signal`) differs between the two sides."""
     if item.kind == "jump":
         return abs(item.jump)
     if item.kind == "corner":
