@@ -62,6 +62,7 @@ def test_along_the_speed_the_hopf_points_are_those_of_the_search():
         ss.follow(sliding, "V", (0.5, 1.0))
     with pytest.raises(ValueError, match="'gama' is not a parameter"):
         ss.follow(sliding, "gama", (0.5, 1.0))
+    assert curve.plot().get_xlabel() == r"$V_{\mathrm{dr}}$"
 
 
 # ------------------------------------------------------------------ what is found knows its system
@@ -170,7 +171,7 @@ def test_options_without_meaning_are_named(name):
 def test_windows_are_for_lines():
     f = ss.Map(lambda z, a: a - z**2, 1, parameters={"a": 0.2}, domain=[(-2, 2)])
     curve = ss.follow(ss.periodic_orbits(f, 1)[0], "a", (0.1, 0.3))
-    with pytest.raises(ValueError, match="window is for .* a curve in R.n takes none"):
+    with pytest.raises(ValueError, match=r"window is for .* a curve in R.n takes none"):
         ss.follow(curve, "a", (0.0, 0.4), window=(0, 1))
 
 

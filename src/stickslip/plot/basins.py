@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from stickslip.plot.bifurcations import coordinate_label
+from stickslip.plot.bifurcations import coordinate_label, parameter_label
 from stickslip.plot.style import PALETTE, axes_or_new
 
 BASIN_COLORS: Final = tuple(
@@ -109,7 +109,7 @@ def draw_fractions(fractions: Any, ax: Axes | None = None) -> Axes:
     ax.stackplot(fractions.values, bands, colors=colors, labels=labels)
     ax.set_xlim(fractions.values[0], fractions.values[-1])
     ax.set_ylim(0.0, 1.0)
-    ax.set_xlabel(fractions.parameter)
+    ax.set_xlabel(parameter_label(fractions.parameter, fractions.basins[0]))
     ax.set_ylabel("share of starts")
     ax.legend(loc="best", fontsize="small")
     return ax

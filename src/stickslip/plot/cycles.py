@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from stickslip.plot.bifurcations import parameter_label
 from stickslip.plot.motion import plot_trajectory
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
@@ -26,7 +27,7 @@ def draw_cycle_curve(curve: Any, ax: Axes | None = None, **style: Any) -> Axes:
     for item in curve.bifurcations:
         marker = MARKERS.get(item.kind, "D")
         ax.plot(item.value, item.solution.period, marker, color=PALETTE["orange"], ms=5)
-    ax.set_xlabel(curve.parameter)
+    ax.set_xlabel(parameter_label(curve.parameter))
     ax.set_ylabel("period")
     return ax
 
@@ -38,7 +39,7 @@ def draw_equilibrium_curve(curve: Any, ax: Axes | None = None, **style: Any) -> 
     for item in curve.bifurcations:
         ax.plot(item.value, 0.0, MARKERS["hopf"], color=PALETTE["orange"], ms=7)
     ax.axhline(0.0, color=PALETTE["grey"], lw=0.7, zorder=1)
-    ax.set_xlabel(curve.parameter)
+    ax.set_xlabel(parameter_label(curve.parameter))
     ax.set_ylabel("largest growth rate")
     return ax
 
@@ -119,6 +120,6 @@ def plot_return_region(region: Any, ax: Axes | None = None) -> Axes:
             for end in (low, high):
                 if region.values[0] < end < region.values[-1]:
                     ax.axvline(end, color=PALETTE["blue"], ls=":", lw=0.8)
-    ax.set_xlabel(region.parameter)
+    ax.set_xlabel(parameter_label(region.parameter))
     ax.set_ylabel("$d$")
     return ax
