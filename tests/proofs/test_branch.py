@@ -123,7 +123,7 @@ def test_where_the_orbit_loses_its_stability_nothing_is_proven():
     [
         (lambda: certify_branch(model(), 0.1, 1, "V", (0.037, 0.038)), "the model's own value"),
         (lambda: certify_branch(model(), 0.1, 1, "gamma", RANGE), "gamma"),
-        (lambda: certify_branch(model(), 0.1, 1, "mu", (0, 0.3)), "mu_1 = 0"),
+        (lambda: certify_branch(model(), 0.1, 1, "mu", (0, 0.3)), "mu = 0"),
         (lambda: certify_branch(ss.examples.law9(), 0.38, 1, "V", (0.29, 0.3)), "Coulomb friction"),
         (
             lambda: ss.certify(

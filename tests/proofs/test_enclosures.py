@@ -179,6 +179,21 @@ def test_bad_intervals_are_errors(ends, reason):
 
 
 @pytest.mark.parametrize(
+    ("name", "ends", "reason"),
+    [
+        ("alpha", ("-0.5", "0.1"), "alpha = -1/2 is out of range"),
+        ("beta", ("-2", "-1.5"), "beta = -2 is out of range"),
+        ("V", ("-1", "-0.5"), "V = -1 is out of range"),
+        ("mu_1", ("0.9", "1.2"), "mu_1 = 6/5 is out of range"),
+        ("mu", ("0", "0.1"), "mu = 0 cannot be certified"),
+    ],
+)
+def test_nothing_is_enclosed_for_values_that_no_model_may_have(name, ends, reason):
+    with pytest.raises(ValueError, match=reason):
+        ss.enclose(ss.examples.coulomb(), "0.1", **{name: ends})
+
+
+@pytest.mark.parametrize(
     ("ends", "reason"),
     [
         (("-0.198", "-0.1979"), "either order"),

@@ -40,6 +40,7 @@ from stickslip.proofs.system import (
     exact_parameters,
     fraction,
     law_of,
+    legal,
 )
 from stickslip.proofs.verify.words import LONGEST_LISTED, LONGEST_PERIOD
 from stickslip.proofs.wave import Undecided
@@ -219,7 +220,7 @@ def certify_branch(
     """
     values, digits, period = _checked(model, digits, exact, period)
     near = arb(finite_number("d", d))
-    low, high = _span(model, values, exact, parameter, range)
+    low, high = _span(model, values, parameter, range)
     setting = Setting(values, (parameter,))
     own = values[setting.names(parameter)[0]]
     if not low <= own <= high or low == high:
@@ -309,7 +310,7 @@ def certify_orbits(
     values, digits, max_period = _checked(
         model, digits, exact, max_period, name="max_period", at_most=LONGEST_LISTED, own=True
     )
-    region, stated = _region(model, values, exact, along, range)
+    region, stated = _region(model, values, along, range)
 
     def prove() -> dict[str, Any]:
         found = Survey(region, max_period, digits)
@@ -369,7 +370,7 @@ def certify_basins(
     """
     share = finite_number("share", share, above=0.0, at_most=1.0)
     values, digits, max_period = _checked(model, digits, exact, max_period, name="max_period")
-    region, stated = _region(model, values, exact, along, range)
+    region, stated = _region(model, values, along, range)
     _of_constant_friction(values, "basins are")
     middle = model.replace(**{along: float(region.middle)}) if along else model
     orbits = [(o.points[0], o.period) for o in periodic_orbits(middle, max_period) if o.stable]
@@ -606,6 +607,9 @@ def enclose(
     with precision(whole_number("bits", bits, 2, at_most=MOST_BITS)):
         ends = {"d": d if isinstance(d, tuple) else (d, d), **parameters}
         box = [_interval(name, pair) for name, pair in ends.items()]
+        for name, pair in zip(parameters, box[1:], strict=True):
+            for end in pair:
+                legal(name, end)
         setting = Setting(values, tuple(parameters))
         _inside(box, setting)
         found = parts(setting, box, most=MOST_PARTS if law_of(values) is Constant else 1)
@@ -669,7 +673,6 @@ def _checked(
 def _span(
     model: TwoBlock,
     values: dict[str, Fraction],
-    exact: ExactValues,
     parameter: str,
     range: tuple[Exact, Exact],
 ) -> tuple[Fraction, Fraction]:
@@ -678,14 +681,13 @@ def _span(
     _of_constant_friction(values, "branches are")
     low, high = (fraction("range", end) for end in range)
     for end in (low, high):
-        exact_parameters(model, {**(exact or {}), parameter: end})
+        legal(parameter, end)
     return low, high
 
 
 def _region(
     model: TwoBlock | PiecewiseMap,
     values: dict[str, Any],
-    exact: ExactValues,
     along: str | None,
     range: tuple[Exact, Exact] | None,
 ) -> tuple[Region, dict[str, Any]]:
@@ -698,7 +700,7 @@ def _region(
         raise ValueError("along: a map of one's own is certified at one value of its parameters")
     if along in MOVES_THE_DOMAIN:
         raise ValueError(f"along = {along!r} is not allowed: as it varies, the domain does, too")
-    low, high = _span(model, values, exact, along, range)
+    low, high = _span(model, values, along, range)
     if not low < high:
         raise ValueError(f"range = ({range[0]}, {range[1]}): the lower end comes first")
     setting = Setting(values, (along,))

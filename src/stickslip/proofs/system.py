@@ -115,17 +115,22 @@ def exact_parameters(
     names = ["alpha", "beta", "V", *(f"{name}_{i}" for i in (1, 2) for name in of_law)]
     values = {name: fraction(name, given[name]) for name in names}
     for name, value in values.items():
-        low, high = RANGES[name.split("_")[0]]
-        if not (value > 0 if low is None else value >= low) or (high is not None and value > high):
-            allowed = f"{name} > 0" if low is None else f"{low} <= {name}"
-            allowed += "" if high is None else f" <= {high}"
-            raise ValueError(f"{name} = {value} is out of range: {allowed}")
-        if name in ("mu_1", "mu_2") and value in EQUALITIES:
-            raise ValueError(
-                f"{name} = {value} cannot be certified: {EQUALITIES[int(value)]}, an equality that "
-                "no enclosure decides"
-            )
+        legal(name, value)
     return values
+
+
+def legal(name: str, value: Fraction) -> None:
+    """Refuse a value of a parameter about which nothing can be proven."""
+    low, high = RANGES[name.split("_")[0]]
+    if not (value > 0 if low is None else value >= low) or (high is not None and value > high):
+        allowed = f"{name} > 0" if low is None else f"{low} <= {name}"
+        allowed += "" if high is None else f" <= {high}"
+        raise ValueError(f"{name} = {value} is out of range: {allowed}")
+    if name in ("mu", "mu_1", "mu_2") and value in EQUALITIES:
+        raise ValueError(
+            f"{name} = {value} cannot be certified: {EQUALITIES[int(value)]}, an equality that "
+            "no enclosure decides"
+        )
 
 
 def law_of(values: Mapping[str, Any]) -> type[Constant] | type[Falling]:
