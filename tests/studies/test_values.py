@@ -55,6 +55,10 @@ def test_markdown_shows_digits_that_the_error_allows():
     assert "**Figure 17.** caption" in text
 
 
+def test_a_bar_does_not_end_a_cell():
+    assert "| mean of log \\|f'\\| |" in as_markdown([value(how="mean of log |f'|")], {}, SOURCE)
+
+
 def test_markdown_marks_disagreement():
     assert "**no**" in as_markdown([value(printed="0.3915")], {}, SOURCE)
 

@@ -15,7 +15,7 @@ from stickslip.analysis.attractors.attractor import AttractorND
 from stickslip.analysis.bifurcations.bifurcation import place
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, multipliers_text
 from stickslip.files import plain
-from stickslip.studies.claim import digits, with_error
+from stickslip.studies.claim import digits, table, with_error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -154,10 +154,10 @@ class Report:
             embed = "" if self.picture.endswith(".pdf") else "!"
             lines += ["", f"{embed}[Bifurcation diagram]({self.picture})"]
         if len(found):
-            lines += ["", *_table(_HEAD, [_row(item) for item in found])]
+            lines += ["", *table(_HEAD, [_row(item) for item in found])]
         for number, item in enumerate(found, start=1):
             lines += ["", f"## {number}. {_name(item)} at {_where(item)}", ""]
-            lines += _table(("", ""), _facts(item))
+            lines += table(("", ""), _facts(item))
         for heading, entries in _remainder(found):
             lines += ["", f"## {heading}", "", *(f"- {entry}" for entry in entries)]
         return "\n".join(lines) + "\n"
@@ -348,13 +348,3 @@ def _columns(rows: list[tuple[str, ...]]) -> Iterator[str]:
     for row in rows:
         cells = (f"{cell:{width}s}" for cell, width in zip(row, widths, strict=True))
         yield "  ".join(cells).rstrip()
-
-
-def _table(head: tuple[str, ...], rows: list[Any]) -> Iterator[str]:
-    yield _line(head)
-    yield "|" + "---|" * len(head)
-    yield from map(_line, rows)
-
-
-def _line(cells: tuple[str, ...]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import Any, Final, Literal, TypeAlias
@@ -92,9 +92,8 @@ def value_rows(values: Sequence[Value]) -> list[dict[str, Any]]:
 
 def value_table(values: Sequence[Value]) -> list[str]:
     """Write values, at least one, as lines of a Markdown table, with the notes below it."""
-    lines = ["| figure | value | printed | computed | error | agrees | how |"]
-    lines += ["|---|---|---|---|---|---|---|"]
-    lines += [_row(value) for value in values]
+    head = ("figure", "value", "printed", "computed", "error", "agrees", "how")
+    lines = table(head, map(_row, values))
     notes = [f"- {value.name}: {value.note}" for value in values if value.note]
     lines += ["", "Notes", "", *notes] if notes else []
     if any(value.printed for value in values):
@@ -102,11 +101,17 @@ def value_table(values: Sequence[Value]) -> list[str]:
     return lines
 
 
-def _row(value: Value) -> str:
+def _row(value: Value) -> tuple[object, ...]:
     agrees = {True: "yes", False: "**no**", None: ""}[value.agrees]
     error = f"{value.error:.0e}"
-    cells = [value.figure, value.name, value.printed, value.text, error, agrees]
-    return "| " + " | ".join(map(str, [*cells, value.how])) + " |"
+    return (value.figure, value.name, value.printed, value.text, error, agrees, value.how)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
+    """Write lines of a Markdown table; a bar in a text does not end its cell."""
+    lines = (" | ".join(str(x).replace("|", "\\|") for x in row) for row in (head, *rows))
+    first, *rest = (f"| {line} |" for line in lines)
+    return [first, "|" + "---|" * len(head), *rest]
 
 
 @dataclass(frozen=True)

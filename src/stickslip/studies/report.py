@@ -15,6 +15,7 @@ from stickslip.studies.claim import (
     Finding,
     Value,
     Verdict,
+    table,
     value_rows,
     value_table,
 )
@@ -117,10 +118,9 @@ def _objections(claim: Claim) -> list[str]:
     return [*found, *numbers, *([claim.undecided] if claim.undecided else [])]
 
 
-def _overview(claims: tuple[Claim, ...]) -> Iterator[str]:
-    yield from ("| figure | claim | verdict |", "|---|---|---|")
-    for claim in claims:
-        yield f"| {claim.figure} | {_cell(claim.statement)} | {_verdict(claim)} |"
+def _overview(claims: tuple[Claim, ...]) -> list[str]:
+    rows = ((claim.figure, claim.statement, _verdict(claim)) for claim in claims)
+    return table(("figure", "claim", "verdict"), rows)
 
 
 def _section(claim: Claim) -> Iterator[str]:
@@ -130,8 +130,7 @@ def _section(claim: Claim) -> Iterator[str]:
     if claim.undecided:
         yield from (claim.undecided, "")
     if claim.findings:
-        yield from ("| the claim says | found | agrees |", "|---|---|---|")
-        yield from map(_finding_row, claim.findings)
+        yield from table(("the claim says", "found", "agrees"), map(_finding_row, claim.findings))
         yield ""
     if claim.values:
         yield from value_table(claim.values)
@@ -142,18 +141,13 @@ def _section(claim: Claim) -> Iterator[str]:
         yield from (claim.note, "")
 
 
-def _finding_row(finding: Finding) -> str:
+def _finding_row(finding: Finding) -> tuple[str, ...]:
     agrees = MARK[finding.passed] + ("" if finding.essential else " (a detail)")
-    return f"| {_cell(finding.says)} | {_cell(finding.found)} | {agrees} |"
+    return (finding.says, finding.found, agrees)
 
 
 def _verdict(claim: Claim) -> str:
     return claim.verdict if claim.verdict == "holds" else f"**{claim.verdict}**"
-
-
-def _cell(text: str) -> str:
-    """Text that does not end a cell of a table."""
-    return text.replace("|", "\\|")
 
 
 def _claim_row(claim: Claim) -> dict[str, Any]:
