@@ -96,6 +96,8 @@ def test_what_is_not_so_has_an_exit_code(capsys):
         "--orbit 0.1 --jump 0.1",
         "--jump 0.1 --border V",
         "--orbit 0.1 --digits 1",
+        *(f"{what} --digits 1" for what in ("--basins 0.1", "--entropy 0", "--chaos 0.27")),
+        *(f"{what} --period 2" for what in ("--jump 0.1", "--max-period 2", "--basins 0.1")),
     ],
 )
 def test_bad_usage(options, capsys):

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from functools import partial
 from math import isfinite
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -51,7 +51,7 @@ def certify(
     *,
     model: ModelOptions = ModelOptions(),
     orbit: float | None = None,
-    period: Whole = 1,
+    period: Whole | None = None,
     border: str | None = None,
     flip: str | None = None,
     fold: str | None = None,
@@ -62,7 +62,7 @@ def certify(
     basins: float | None = None,
     entropy: float | None = None,
     chaos: float | None = None,
-    digits: Whole = 30,
+    digits: Whole | None = None,
     file: CertificateOptions = CertificateOptions(),
     output: OutputOptions = OutputOptions(),
 ) -> int:
@@ -77,7 +77,7 @@ def certify(
     orbit
         Prove the periodic orbit through a point near this d.
     period
-        Its period.
+        Its period, 1 if not given.
     border
         Prove instead that this orbit reaches a jump as this parameter varies, near the model's
         own value of it.
@@ -101,7 +101,8 @@ def certify(
     chaos
         Prove chaos of all: that the orbit of this d stays where every orbit is unstable.
     digits
-        Significant digits of the enclosures.
+        Significant digits of the enclosures, 30 if not given; those that are computed with, or 12,
+        for --basins, --entropy and --chaos.
     """
     from stickslip.mechanics.model.arguments import two_blocks
     from stickslip.proofs import certify
@@ -120,10 +121,14 @@ def certify(
         raise UsageError("give one of --border, --flip, --fold and --along")
     if varied and orbit is None:
         raise UsageError("--border, --flip, --fold need the orbit: --orbit D --period P")
+    if period is not None and orbit is None:
+        raise UsageError("--period goes with --orbit")
     if along and all(each is None for each in (orbit, max_period, basins)):
         raise UsageError("--along goes with --orbit, --max-period or --basins alone")
     if (along is None) != (range is None):
         raise UsageError("--along and --range go together: --along V --range 0.0366 0.0372")
+    period = 1 if period is None else period
+    precise: dict[str, Any] = {} if digits is None else {"digits": digits}
     why = "Proofs are about two equal blocks without damping."
     system = two_blocks(model.model(), why=why)
     with ExitStack() as stack:
@@ -132,25 +137,23 @@ def certify(
             checked_suffix(file.out, ("", ".json"), "--out")
             files = stack.enter_context(new_files([file.out], force=file.force))
         if jump is not None:
-            proof = certify.certify_jump(system, jump, digits=digits)
+            proof = certify.certify_jump(system, jump, **precise)
         elif max_period is not None:
-            proof = certify.certify_orbits(
-                system, max_period, along=along, range=range, digits=digits
-            )
+            proof = certify.certify_orbits(system, max_period, along=along, range=range, **precise)
         elif basins is not None:
-            proof = certify.certify_basins(system, basins, along=along, range=range)
+            proof = certify.certify_basins(system, basins, along=along, range=range, **precise)
         elif entropy is not None:
-            proof = certify.certify_entropy(system, entropy)
+            proof = certify.certify_entropy(system, entropy, **precise)
         elif chaos is not None:
-            proof = certify.certify_chaos(system, chaos)
+            proof = certify.certify_chaos(system, chaos, **precise)
         elif orbit is not None and along and range:
-            proof = certify.certify_branch(system, orbit, period, along, range, digits=digits)
+            proof = certify.certify_branch(system, orbit, period, along, range, **precise)
         elif orbit is not None and varied:
             ((kind, name),) = varied.items()
-            proof = certify.certify_bifurcation(system, kind, orbit, period, name, digits=digits)
+            proof = certify.certify_bifurcation(system, kind, orbit, period, name, **precise)
         else:
             assert orbit is not None
-            proof = certify.certify_orbit(system, orbit, period, digits=digits)
+            proof = certify.certify_orbit(system, orbit, period, **precise)
         if not proof:
             raise ComputationError(proof.statement)
         for path in files:
