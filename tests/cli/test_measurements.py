@@ -80,12 +80,14 @@ def test_json_of_a_law_from_forces(here: Path, capsys: pytest.CaptureFixture[str
 @pytest.mark.parametrize(
     ("given", "code", "told"),
     [
-        (["forces.csv", *FIT, "--columns", "t"], BAD_USAGE, "--columns t: give each once"),
+        (["forces.csv", *FIT, "--columns", "t"], BAD_USAGE, "--columns t: NAME=VALUE is needed"),
         (["forces.csv", *FIT, "--columns", "speed=s"], BAD_USAGE, "no column 's', for speed"),
         (["forces.csv", *FIT, "--units", "m=2"], BAD_USAGE, "m, k and fs1 are needed"),
-        (["forces.csv", *FIT, "--units", "m=2", "k=x", "fs1=1"], BAD_USAGE, "are numbers"),
+        (["forces.csv", *FIT, "--units", "m=2", "k=x", "fs1=1"], BAD_USAGE, "--units k=x: NAME"),
+        (["forces.csv", *FIT, "--units", "m=2", "m =3"], BAD_USAGE, "m is given twice"),
+        (["forces.csv", *FIT, "--bounds", "mu=0:1", "mu =0:2"], BAD_USAGE, "mu is given twice"),
         (["forces.csv", *FIT, "--units", "model"], BAD_USAGE, r"the model has no [units]"),
-        (["forces.csv", *FIT, "--bounds", "mu=0.1"], BAD_USAGE, "two numbers are needed"),
+        (["forces.csv", *FIT, "--bounds", "mu=0.1"], BAD_USAGE, "as --bounds mu=0.1:0.9"),
         (["forces.csv", *FIT, "--sigma-v", "0.1"], BAD_USAGE, "sigma_v"),
         (["none.csv", *FIT], BAD_USAGE, "cannot use none.csv"),
         (["record.csv", *FIT, *PHYSICAL[:3]], BAD_USAGE, "Are both in the same units?"),

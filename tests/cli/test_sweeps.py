@@ -264,7 +264,7 @@ def test_a_map_is_drawn(store, tmp_path, capsys, variable):
         (["--variable", "perriod"], "Did you mean 'period'?"),
         (["--at", "V=0.03"], "has the axes alpha: a map has two"),
         (["--at", "v=0.03"], "--at v=0.03: the axes are"),
-        (["--at", "V=x"], "write NAME=VALUE with a number"),
+        (["--at", "V=x"], "--at V=x: NAME=VALUE is needed"),
     ],
 )
 def test_what_cannot_be_drawn_is_told(store, tmp_path, capsys, options, words):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from cyclopts import Parameter
 
-from stickslip.cli.options import OUTPUT, Flag, ModelOptions, OutputOptions, Whole
+from stickslip.cli.options import OUTPUT, Flag, ModelOptions, OutputOptions, Whole, pairs
 from stickslip.cli.output import document, draw_pictures, new_folder, note, show_table
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
@@ -103,7 +103,8 @@ def fit(
 
     model = system.model()
     names = _names(columns)
-    ranges, known = _ranges("--bounds", bounds), _ranges("--priors", priors)
+    ranges = pairs("--bounds", bounds, "mu=0.1:0.9", _two)
+    known = pairs("--priors", priors, "V=0.2:0.001", _two)
     scales = _units(units, model)
     errors = {"sigma": sigma, "sigma_v": sigma_v}
     settings: dict[str, Any] = {name: value for name, value in errors.items() if value is not None}
@@ -162,35 +163,16 @@ def _write(found: Fit, files: Sequence[Path]) -> None:
     draw_pictures(found.plot, files[3:])
 
 
-def _pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
-    pairs = {}
-    for text in given:
-        name, equals, value = text.partition("=")
-        if not equals or not name or name in pairs:
-            raise UsageError(f"{option} {text}: give each once, such as {example}")
-        pairs[name.strip()] = value.strip()
-    return pairs
-
-
 def _names(columns: Sequence[str]) -> dict[str, list[str]]:
     """Names of columns; several blocks have several, with commas between."""
-    pairs = _pairs("--columns", columns, "t=time x=position")
     return {
         name: [each.strip() for each in text.split(",") if each.strip()]
-        for name, text in pairs.items()
+        for name, text in pairs("--columns", columns, "t=time x=position", str).items()
     }
 
 
-def _ranges(option: str, given: Sequence[str]) -> dict[str, tuple[float, float]]:
-    pairs = _pairs(option, given, "mu=0.1:0.9")
-    return {name: _two(f"{option} {name}={text}", text) for name, text in pairs.items()}
-
-
-def _two(told: str, text: str) -> tuple[float, float]:
-    try:
-        low, high = map(float, text.split(":"))
-    except ValueError:
-        raise UsageError(f"{told}: two numbers are needed, such as mu=0.1:0.9") from None
+def _two(text: str) -> tuple[float, float]:
+    low, high = map(float, text.split(":"))
     return low, high
 
 
@@ -204,11 +186,7 @@ def _units(given: Sequence[str], model: Model) -> Units | None:
         return own
     from stickslip.mechanics.model.units import Units
 
-    pairs = _pairs("--units", given, "m=2 k=800 fs1=4")
-    if set(pairs) != {"m", "k", "fs1"}:
+    numbers = pairs("--units", given, "m=2 k=800 fs1=4", float)
+    if set(numbers) != {"m", "k", "fs1"}:
         raise UsageError(f"--units {' '.join(given)}: m, k and fs1 are needed: m=2 k=800 fs1=4")
-    try:
-        numbers = {name: float(text) for name, text in pairs.items()}
-    except ValueError:
-        raise UsageError(f"--units {' '.join(given)}: m, k and fs1 are numbers") from None
     return Units(**numbers)

@@ -56,6 +56,25 @@ Starts = Annotated[
 """Relative displacements in global stick, one or several."""
 
 
+def pairs(
+    option: str, given: Sequence[str], example: str, read: Callable[[str], Found]
+) -> dict[str, Found]:
+    """Read NAME=VALUE, each name once; the value by a function that may refuse it."""
+    found: dict[str, Found] = {}
+    for item in given:
+        name, equals, text = (part.strip() for part in item.partition("="))
+        if name in found:
+            raise UsageError(f"{option} {item}: {name} is given twice")
+        try:
+            if not (name and equals):
+                raise ValueError
+            found[name] = read(text)
+        except ValueError:
+            told = f"{option} {item}: NAME=VALUE is needed, as {option} {example}"
+            raise UsageError(told) from None
+    return found
+
+
 def check_equally_spaced(option: str, count: int) -> None:
     """Say so if a count of equally spaced values, both ends included, is none."""
     if not 2 <= count <= MOST_ROWS:
@@ -94,7 +113,7 @@ class ModelOptions:
         """Build the model; says which options are missing."""
         import stickslip as ss
 
-        numbers = _numbers(self.numbers)
+        numbers = pairs("-p", self.numbers, "mu=0.3", float)
         given: dict[str, Any] = {name: getattr(self, name) for name in ("alpha", "beta", "V")}
         given = {name: value for name, value in given.items() if value is not None}
         if twice := [name for name in given if name in numbers]:
@@ -229,23 +248,6 @@ def _friction(written: tuple[str, ...], numbers: Mapping[str, float]) -> tuple[A
     laws = tuple(parse_law(text, numbers) for text in written)
     used = set[str]().union(*(taken(text, numbers) for text in written))
     return laws[0] if len(laws) == 1 else laws, used
-
-
-def _numbers(items: tuple[str, ...]) -> dict[str, float]:
-    """Read NAME=VALUE, each name once."""
-    numbers: dict[str, float] = {}
-    for item in items:
-        name, _, text = (part.strip() for part in item.partition("="))
-        try:
-            value = float(text)
-        except ValueError:
-            value = None
-        if not name or value is None:
-            raise UsageError(f"-p {item}: NAME=VALUE with a number is needed, as -p mu=0.3")
-        if name in numbers:
-            raise UsageError(f"-p {item}: {name} is given twice")
-        numbers[name] = value
-    return numbers
 
 
 @Parameter(name="*")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole
+from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole, pairs
 from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, points
 from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
 from stickslip.files import checked_suffix
@@ -187,13 +187,9 @@ def plot(
 
 def _cut(dataset: xarray.Dataset, at: tuple[str, ...]) -> xarray.Dataset:
     """Choose values of axes, those that were computed nearest to what is asked for."""
-    for given in at:
-        name, _, value = given.partition("=")
+    for name, number in pairs("--at", at, "V=0.03", float).items():
         if name not in dataset.dims or name not in dataset.coords:
-            raise UsageError(f"--at {given}: the axes are {', '.join(map(str, dataset.coords))}")
-        try:
-            number = float(value)
-        except ValueError:
-            raise UsageError(f"--at {given}: write NAME=VALUE with a number") from None
+            axes = ", ".join(map(str, dataset.coords))
+            raise UsageError(f"--at {name}={number}: the axes are {axes}")
         dataset = dataset.sel({name: number}, method="nearest")
     return dataset
