@@ -21,14 +21,14 @@ pytestmark = pytest.mark.kernel
 ROUNDING = 1e-12
 
 
-def verdict(points, slopes, labels=None, max_period=64):
-    """Read off an orbit in the domain (0, 1)."""
+def verdict(points, slopes, labels=None, max_period=64, domain=(0.0, 1.0)):
+    """Read off an orbit in a domain."""
     n = len(points) - 1
     with np.errstate(divide="ignore"):
         logs = np.log(np.abs(np.asarray(slopes, dtype=float)))
     labels = np.zeros(n, dtype=np.uint64) if labels is None else np.asarray(labels, np.uint64)
     found = new_long_run(1)
-    read_off(Path(np.asarray(points, dtype=float), labels, logs), 0.0, 1.0, max_period, found, 0)
+    read_off(Path(np.asarray(points, dtype=float), labels, logs), *domain, max_period, found, 0)
     return found
 
 
@@ -108,6 +108,10 @@ def test_cells_are_those_that_the_orbit_visits():
     expected = np.zeros(256, dtype=int)
     expected[np.clip((points * 256).astype(int), 0, 255)] = 1
     np.testing.assert_array_equal(bits, expected)
+
+
+def test_the_whole_line_has_no_cells():
+    assert not verdict(*logistic_orbit(100), max_period=0, domain=(-np.inf, np.inf)).cells.any()
 
 
 def test_a_short_stretch_has_no_error_bar_and_no_chaos():

@@ -109,7 +109,7 @@ def read_off(
     """Fill in entry `i` of the verdicts from a stretch inside the domain (low, high)."""
     n = path.log_slope.shape[0]
     width = high - low
-    for k in range(n + 1):
+    for k in range(n + 1 if width < math.inf else 0):  # the whole line has no cells
         cell = min(max(int((path.point[k] - low) / width * CELLS), 0), CELLS - 1)
         verdicts.cells[i, cell // 64] |= np.uint64(1) << np.uint64(cell % 64)
     verdicts.period[i] = 0
