@@ -7,6 +7,7 @@ of any quantity turns round decides nothing.
 import dataclasses
 import functools
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from stickslip import studies
 from stickslip.studies import figures
 from stickslip.studies.claim import VERDICTS, Claim, Finding, Value
 from stickslip.studies.galvanetto2001 import claims, printed
+from stickslip.studies.galvanetto2001.claims import birth
 from stickslip.studies.report import Report
 from stickslip.studies.sources import GALVANETTO, source_named
 
@@ -155,6 +157,13 @@ def test_exponents_of_the_chaotic_attractor():
     for alpha, value in expected.items():
         (attractor,) = facts("birth").attractors[alpha]
         assert abs(attractor.lyapunov.value - value) < 5 * attractor.lyapunov.error
+
+
+def test_an_orbit_keeps_its_name_where_the_other_is_missing():
+    b = SimpleNamespace(points=(0.1, 0.2), multiplier=-2.0, stable=False)
+    below, above = (SimpleNamespace(a=None, b=x, twice=()) for x in (None, b))
+    told = birth._period_two(SimpleNamespace(below_birth=below, above_birth=above)).evidence
+    assert "; B: 0.1" in told
 
 
 def test_what_follows_the_collision_is_foretold():

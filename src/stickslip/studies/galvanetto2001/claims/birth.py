@@ -111,11 +111,11 @@ def _indistinguishable(facts: Facts) -> Claim:
 
 def _period_two(facts: Facts) -> Claim:
     below, above = facts.below_birth, facts.above_birth
-    born = [orbit for orbit in (above.a, above.b) if orbit is not None]
+    born = {name: o for name, o in (("A", above.a), ("B", above.b)) if o is not None}
     early = [orbit for orbit in (below.a, below.b) if orbit is not None]
     listing = "; ".join(
         f"{name}: {', '.join(f'{x:.9f}' for x in o.points)}, multiplier {o.multiplier:.5f}"
-        for name, o in zip("AB", born, strict=False)
+        for name, o in born.items()
     )
     return claim(
         "law9.period_two",
@@ -128,7 +128,7 @@ def _period_two(facts: Facts) -> Claim:
             len(born) == 2
             and not early
             and len(above.twice) - len(below.twice) >= 2
-            and not any(orbit.stable for orbit in born),
+            and not any(orbit.stable for orbit in born.values()),
         ),
         note=(
             "Exactly two, of period 2: the third orbit of this period in the window, at "

@@ -225,7 +225,7 @@ def _outcomes(facts: Facts) -> Claim:
         "orbits, at the second, for falling alpha, only unstable orbits",
         Finding(
             "all orbits born are unstable",
-            f"first: {counts[0]}, up to period 4; second: {counts[1]}, up to {PERIODS}; "
+            f"first: {counts[0]}; second: {counts[1]}, both up to period {PERIODS}; "
             f"stable: {len(stable)}",
             not stable and bool(first.orbits) and bool(last.orbits),
         ),
