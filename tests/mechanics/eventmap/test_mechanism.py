@@ -232,6 +232,16 @@ def test_breaks_of_a_power_are_those_of_its_iterates():
         assert item.block == reached.block
 
 
+@pytest.mark.parametrize(("d", "told"), [(row[0], row[2]) for row in LAW9_TABLE[4:10]])
+def test_a_map_with_a_loose_tolerance_is_explained_too(d, told):
+    f = ss.event_map(LAW9, rtol=1e-6)
+    left, right = d - 2e-5, d + 2e-5
+    label = f.evaluate(left).label
+    while left < (middle := (left + right) / 2) < right:
+        left, right = (middle, right) if f.evaluate(middle).label == label else (left, middle)
+    assert f.explain_break(left, right).text.startswith(told)
+
+
 def test_neighbours_inside_a_branch_have_nothing_to_tell():
     same = mechanism_between(ss.event_map(LAW9), 0.383, np.nextafter(0.383, 1.0))
     assert same == ("the motions on both sides make the same events", None)

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
         def domain(self) -> tuple[float, float]:
             """Ends of the interval of definition."""
 
+        @property
+        def rtol(self) -> float:
+            """Of the motions."""
+
         def slip_from(self, d: float, max_events: int, /) -> Trajectory:
             """Follow the motion from a point to the next one."""
 
@@ -36,6 +40,9 @@ TIE = 1e-9
 # The map's steps and the trajectory's round differently: where adjacent starting points lead to
 # the same events, ones this many ulp apart are compared.
 APART = (0, 4, 64, 1024, 16384)
+# They truncate differently, too: in multiples of the map's tolerance, how far from its break that
+# of the trajectories is looked for.
+ASTRAY = (10.0, 100.0)
 # A motion without return is followed for so many events, the other's number aside.
 MAX_EVENTS = 400
 
@@ -51,8 +58,28 @@ def mechanism_between(f: Traced, left: float, right: float) -> Mechanism:
     for ulps in APART:
         found = _compare(f, left - ulps * math.ulp(left), right + ulps * math.ulp(right))
         if found not in (UNKNOWN, TOO_LATE):
-            break
+            return found
+    for far in ASTRAY:
+        if ends := _break_between(f, left - far * f.rtol, right + far * f.rtol):
+            return _compare(f, *ends)
     return found
+
+
+def _break_between(f: Traced, left: float, right: float) -> tuple[float, float] | None:
+    """Bisect to where the trajectories change their events, if they do between two points."""
+    low, high = f.domain
+    left, right = max(left, low), min(right, high)
+    first = _events(f, left)
+    if _events(f, right) == first:
+        return None
+    while left < (middle := (left + right) / 2) < right:
+        left, right = (middle, right) if _events(f, middle) == first else (left, middle)
+    return left, right
+
+
+def _events(f: Traced, d: float) -> tuple[list[int], list[tuple[int, str]]]:
+    motion = f.slip_from(d, MAX_EVENTS)
+    return motion.modes[0].tolist(), [event[1:] for event in motion.events]
 
 
 def _compare(f: Traced, left: float, right: float) -> Mechanism:
