@@ -127,9 +127,10 @@ const VIEWS = {
       }
     }
     const mode = Uint8Array.from(modes, (value) => (value < 0 ? 2 : value));
+    const message = status ? `It is not followed beyond t = ${t[n - 1].toFixed(2)}.` : "";
     yield {
       name: "motion",
-      data: { ...twoBlocks(model), status, message: "", t_end: t[n - 1], events: [] },
+      data: { ...twoBlocks(model), status, message, t_end: t[n - 1], events: [] },
       arrays: { t, x, v, mode, force: forces, interval },
     };
   },

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.mechanics.flow.system import MAX_INSTANT, STICK, Floats, Ints, Motion, System, limit
 from stickslip.mechanics.flow.transitions import onset, settle
 from stickslip.numerics.targets import kernel
-from stickslip.status import OK
+from stickslip.status import EVENT_LIMIT, OK, UNDECIDED
 
 if TYPE_CHECKING:
     from stickslip.mechanics.flow._exact_kernels import advance
@@ -75,4 +75,6 @@ def sample(
         if event or t == due:
             write_state(motion, t, rows[k], modes[k])
             k += 1
+    if status == OK and t < t_end:
+        status = EVENT_LIMIT if k == rows.shape[0] else UNDECIDED
     count[0], count[1] = k, status
