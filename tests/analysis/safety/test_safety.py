@@ -251,6 +251,7 @@ def test_no_impulse_is_one_step_of_the_map():
         assert f.after_impulse(d, 1, 0.0) == pytest.approx(f(d), rel=1e-12)
     small = f.after_impulse(0.1, 2, 1e-9)  # block 2 rides: it slips, and is at rest again at once
     assert abs(small - f(0.1)) < 1e-6 or abs(small - 0.1) < 1e-6
+    assert np.isnan(ss.event_map(model, max_time=5).after_impulse(0.27, 1, 0.0))  # as f(0.27)
 
 
 # ------------------------------------------------------------------ along a parameter

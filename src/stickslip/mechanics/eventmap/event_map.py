@@ -404,7 +404,8 @@ class GlobalStickMap(ModelMap):
         v[number - 1] += finite_number("by", by)
         state = {"d": point} if by == 0.0 else {"x": start.x, "v": v}
         moved = simulate(self.model, **state, until="stick", record="events", **limits)
-        landed = moved.d[-1] if moved.status == OK else np.full(np.shape(point), np.nan)
+        stuck = moved.status == OK and moved.t[-1] <= self.max_time
+        landed = moved.d[-1] if stuck else np.full(np.shape(point), np.nan)
         return _shaped(np.asarray(landed), given.shape)
 
     def slip_from(self, d: Any, max_events: int) -> Trajectory:
