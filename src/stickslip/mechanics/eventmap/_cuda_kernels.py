@@ -1,7 +1,7 @@
 """The event map on a GPU: one orbit a thread, by the kernels that the CPU runs."""
 
 # Template (`numerics.targets.instantiate`): what carries a motion and makes scratch arrays is
-# bound. Rows of ``systems`` and ``laws`` belong to the threads, or one row to all of them.
+# bound. ``systems`` and ``laws`` have one row, for all threads.
 
 from __future__ import annotations
 
@@ -25,13 +25,12 @@ cuda: Any = _cuda  # its stubs know the host's side alone
 
 
 @cuda.jit(device=True, inline="always")
-def load_system(systems, laws, i, law):  # type: ignore[no-untyped-def]
-    """Return the parameters of thread `i`, and copy those of its laws into `law`."""
-    row = i if systems.shape[0] > 1 else 0
+def load_system(systems, laws, law):  # type: ignore[no-untyped-def]
+    """Return the parameters, and copy those of the laws into `law`."""
     for piece in range(law.shape[0]):
         for k in range(law.shape[1]):
-            law[piece, k] = laws[row, piece, k]
-    return System(systems[row, 0], systems[row, 1], systems[row, 2])
+            law[piece, k] = laws[0, piece, k]
+    return System(systems[0, 0], systems[0, 1], systems[0, 2])
 
 
 @cuda.jit
@@ -55,7 +54,7 @@ def carry_each(  # type: ignore[no-untyped-def]
     if i >= d.shape[0]:
         return
     scratch, law, itinerary = thread_arrays()
-    system = load_system(systems, laws, i, law)
+    system = load_system(systems, laws, law)
     for column in range(directions.shape[0]):
         for k in range(directions.shape[1]):
             scratch.motion.directions[column, k] = directions[column, k]
@@ -79,7 +78,7 @@ def iterate_each(systems, laws, controls, d, orbits):  # type: ignore[no-untyped
     if i >= d.shape[0]:
         return
     scratch, law, itinerary = thread_arrays()
-    system = load_system(systems, laws, i, law)
+    system = load_system(systems, laws, law)
     value = d[i]
     orbits[i, 0] = value
     for k in range(orbits.shape[1] - 1):

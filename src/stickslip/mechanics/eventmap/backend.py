@@ -40,7 +40,7 @@ NO_TRAPS = np.zeros((0, 0))
 
 
 class Backend(Protocol):
-    """Carries motions of two blocks from start to value; points are arrays of shape (n,)."""
+    """Carries motions of a model from start to value; points are (n,), or (n, numbers) in R^n."""
 
     name: str
 

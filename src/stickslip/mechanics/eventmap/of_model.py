@@ -68,9 +68,9 @@ def event_map(
     engine : {"auto", "exact", "adaptive"}
         "exact": closed forms, for constant kinetic friction. "adaptive": series of high
         order, for every law. "auto" takes the exact engine where it exists, which is for two
-        undamped blocks.
+        equal undamped blocks with constant kinetic friction.
     device : {"cpu", "cuda"}
-        "cuda": an NVIDIA GPU (extra ``gpu``) carries the motions of two undamped blocks, with
+        "cuda": an NVIDIA GPU (extra ``gpu``) carries the motions of two equal undamped blocks, with
         the same arithmetic up to fused multiply-adds; itineraries come from the CPU.
     threads : int, optional
         Processor cores used for large arrays; all by default.

@@ -290,8 +290,8 @@ def block_engine(model: BeltModel, engine: EngineName = "auto") -> BlockEngine:
     """Prepare the engine for a model; ValueError for "exact", or a law that cannot be traced."""
     if one_of("engine", engine, ENGINES) == "exact":
         raise ValueError(
-            "engine = 'exact' is that of two undamped blocks with constant friction; other models "
-            "have one engine, whose series are exact to rounding. Take engine='auto'."
+            "engine = 'exact' is that of two equal undamped blocks with constant friction; other "
+            "models have one engine, whose series are exact to rounding. Take engine='auto'."
         )
     code, rows = _code_and_rows(model.laws)
     if not code.traceable:
