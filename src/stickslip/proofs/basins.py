@@ -16,6 +16,7 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
+from stickslip.analysis.attractors.bands import merged
 from stickslip.proofs.jet import outward
 from stickslip.proofs.power import FORKS, Region, follow, step
 from stickslip.proofs.system import decimal
@@ -66,7 +67,7 @@ class Basins:
             "cells": [
                 [_text(low), _text(high), k]
                 for rows, k in self._order
-                for low, high in _merged(rows).tolist()
+                for low, high in merged(rows, 0).tolist()
             ],
         }
 
@@ -160,7 +161,7 @@ class _Union:
         return int((self._rows[:, 1] - self._rows[:, 0]).sum())
 
     def add(self, rows: Cells) -> None:
-        self._rows = _merged(np.vstack([self._rows, rows]))
+        self._rows = merged(np.vstack([self._rows, rows]), 0)
 
     def within(self, rows: Cells) -> NDArray[np.bool_]:
         """Which intervals lie in it."""
@@ -174,14 +175,6 @@ class _Union:
 
     def holds(self, rows: Cells) -> bool:
         return bool(self.within(rows).all())
-
-
-def _merged(rows: Cells) -> Cells:
-    """Join intervals that touch or overlap."""
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    reach = np.maximum.accumulate(rows[:, 1])
-    first = np.flatnonzero(np.r_[True, rows[1:, 0] > reach[:-1]])
-    return np.column_stack([rows[first, 0], reach[np.r_[first[1:] - 1, len(rows) - 1]]])
 
 
 def _units(x: str) -> int:

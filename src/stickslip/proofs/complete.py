@@ -10,8 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+import numpy as np
 from flint import arb
 
+from stickslip.analysis.attractors.bands import merged
 from stickslip.proofs.branch import Tube, in_tube
 from stickslip.proofs.jet import Jet, box_of, outward
 from stickslip.proofs.newton import NoZero
@@ -56,7 +58,8 @@ class Survey:
             self._compare_ends(max_period)
         for period in range(1, max_period + 1):
             self._search(period)
-        self.undecided = _merged(self.undecided)
+        # of one period or several: an orbit may lie in either
+        self.undecided = merged(np.array(self.undecided), 0.0).tolist()
 
     @property
     def orbits(self) -> list[dict[str, Any]]:
@@ -176,17 +179,6 @@ class Survey:
                     f"{entries['lost'][0]['value']}: there the number of orbits changes"
                 )
         self._known.append(_Known(period, entries))
-
-
-def _merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Join intervals that overlap: of one period or several, an orbit may lie in either."""
-    merged: list[tuple[float, float]] = []
-    for low, high in sorted(intervals):
-        if merged and low <= merged[-1][1]:
-            merged[-1] = (merged[-1][0], max(high, merged[-1][1]))
-        else:
-            merged.append((low, high))
-    return merged
 
 
 def _rate(values: list[Jet] | None) -> arb | None:

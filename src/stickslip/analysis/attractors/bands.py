@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -60,7 +60,7 @@ def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> NDArray[np.bool_
     return np.asarray((x >= intervals[k, 0] - slack) & (x <= intervals[k, 1] + slack))
 
 
-def merged(intervals: Floats, slack: float) -> Floats:
+def merged(intervals: NDArray[Any], slack: float) -> NDArray[Any]:
     """Sort intervals and join those that overlap or come closer than `slack`."""
     if len(intervals) < 2:
         return intervals
