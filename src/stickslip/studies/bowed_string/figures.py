@@ -27,12 +27,10 @@ def draw_plane(figure: Figure) -> str:
     fine = np.geomspace(string.PLACES[0] / 1.1, string.PLACES[-1] * 1.1, 50)
     ax.loglog(fine, [string.largest(b) for b in fine.tolist()], color=PALETTE["black"])
     ax.loglog(fine, [string.smallest(b) for b in fine.tolist()], color=PALETTE["black"], ls=DASHED)
-    ax.set_xlim(fine[0], fine[-1])
-    ax.set_ylim(0.1, 250.0)
+    ax.set(xlim=(fine[0], fine[-1]), ylim=(0.1, 250.0))
     ax.set_xticks([0.05, 0.1, 0.2], ["0.05", "0.1", "0.2"])
     ax.set_xticks([], minor=True)
-    ax.set_xlabel(r"bow place $\beta$")
-    ax.set_ylabel(r"bow force $\times\ \mu_s / (Z V)$")
+    ax.set(xlabel=r"bow place $\beta$", ylabel=r"bow force $\times\ \mu_s / (Z V)$")
     ax.legend(loc="upper right", ncols=2)
     return (
         f"What becomes of Helmholtz motion in {string.PERIODS} periods, over the place and the "
@@ -51,8 +49,7 @@ def draw_motions(figure: Figure) -> str:
             @ weights
         )
         ax.plot((t - t[0]) / string.PERIOD, v, color=PALETTE["blue"], lw=0.7)
-        ax.set_xlim(0.0, 3.0)
-        ax.set_xlabel("time / period")
+        ax.set(xlim=(0.0, 3.0), xlabel="time / period")
         ax.text(0.97, 0.05, name, ha="right", transform=ax.transAxes)
         panel_letter(ax, letter)
     axes[0].set_ylabel("velocity at the bow")
@@ -71,9 +68,7 @@ def draw_pitch(figure: Figure) -> str:
             ax.plot(x, pitch, "_", color=PALETTE[name], ms=6.0, label=label)
     exact = [string.cents(string.cycle(share).period) for share in string.SHARES]
     ax.plot(string.SHARES, exact, "o-", color=PALETTE["blue"], mfc="white", label="exact")
-    ax.set_xlim(0.36, 0.74)
-    ax.set_xlabel("bow force / its maximum")
-    ax.set_ylabel("pitch (cents)")
+    ax.set(xlim=(0.36, 0.74), xlabel="bow force / its maximum", ylabel="pitch (cents)")
     ax.legend(loc="upper right")
     return (
         "Pitch of Helmholtz motion beside that of the free string: exact cycles, and single "

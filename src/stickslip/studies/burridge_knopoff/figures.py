@@ -37,8 +37,7 @@ def draw_slips(figure: Figure) -> str:
         travel = np.concatenate([np.full(len(s.blocks), s.start * data.V) for s in chosen])
         block = np.concatenate([np.array(s.blocks) for s in chosen])
         above.plot(travel, block, ".", color=PALETTE[colour], ms=size, mew=0, rasterized=True)
-    above.set_ylabel("block")
-    above.set_ylim(0, BLOCKS + 1)
+    above.set(ylabel="block", ylim=(0, BLOCKS + 1))
     ends = np.array([s.start + s.duration for s in shown]) * data.V
     lag = np.cumsum([s.moment for s in shown]) / BLOCKS
     below.step(ends, lag, where="post", color=PALETTE["blue"])
@@ -92,8 +91,7 @@ def draw_overlap(figure: Figure) -> str:
     ax.loglog(V, lone / limit - 1.0, color=PALETTE["blue"], label="lone slip: one block")
     ax.loglog(SPEEDS, chain / limit - 1.0, "o", color=PALETTE["blue"], label="lone slip: chain")
     ax.loglog(SPEEDS, overlap, "s", color=PALETTE["vermillion"], label="overlap in time")
-    ax.set_xlabel("$V$")
-    ax.set_ylabel("excess of moment; share of time")
+    ax.set(xlabel="$V$", ylabel="excess of moment; share of time")
     ax.legend(loc="lower right")
     return (
         f"alpha = {STIFF:g}. Blue: by how much of it the moment of a block that slips alone "

@@ -36,10 +36,7 @@ def draw_branches(figure: Figure) -> str:
     force = np.linspace(4.0 * block.MU / math.pi, 1.2, 200)
     balance = [block.harmonic_balance(a) for a in force.tolist()]
     ax.plot(force, balance, color=PALETTE["green"], ls=DOTTED, label="harmonic balance")
-    ax.set_xlim(0.0, 1.2)
-    ax.set_ylim(0.0, 1.9)
-    ax.set_xlabel(FORCE)
-    ax.set_ylabel(AT_REST)
+    ax.set(xlim=(0.0, 1.2), ylim=(0.0, 1.9), xlabel=FORCE, ylabel=AT_REST)
     ax.legend(loc="upper left")
     return (
         f"Displacement between slips of the shaken block over the force, mu = {block.MU:g}, "
@@ -80,8 +77,7 @@ def draw_answers(figure: Figure) -> str:
         force.plot(
             wait, block.GIVEN * math.cos(wait) + 1.0 - block.GIVEN, "o", color=PALETTE["vermillion"]
         )
-    force.set_ylim(-0.3, 1.2)
-    force.set_ylabel("force needed for rest")
+    force.set(ylim=(-0.3, 1.2), ylabel="force needed for rest")
     for wait in WAITS:
         moves.plot(phase, _waiting(wait, phase), color=PALETTE["vermillion"])
     moves.axhline(block.GIVEN - 1.0, color=PALETTE["black"], ls=DASHED)
@@ -89,8 +85,7 @@ def draw_answers(figure: Figure) -> str:
     moves.plot(phase, engine, color=PALETTE["blue"])
     moves.set_ylabel("displacement")
     for ax, letter in zip((force, moves), "ab", strict=True):
-        ax.set_xlim(-0.5 * math.pi, 0.7 * math.pi)
-        ax.set_xlabel("phase of the force")
+        ax.set(xlim=(-0.5 * math.pi, 0.7 * math.pi), xlabel="phase of the force")
         panel_letter(ax, letter)
     return (
         f"From rest at {block.GIVEN - 1.0:g} with force {block.GIVEN:g}: (a) the needed force "
@@ -116,10 +111,7 @@ def draw_smooth(figure: Figure) -> str:
         row = [block.smooth_canard(phase, width) for phase in SHOWN]
         at = np.array([(each.force, each.x) for each in row]).T
         ax.plot(*at, mark, color=PALETTE[name], ms=3.5, label=f"smooth, width {width:g}")
-    ax.set_xlim(0.4, 1.02)
-    ax.set_ylim(0.0, 0.75)
-    ax.set_xlabel(FORCE)
-    ax.set_ylabel(AT_REST)
+    ax.set(xlim=(0.4, 1.02), ylim=(0.0, 0.75), xlabel=FORCE, ylabel=AT_REST)
     ax.legend(loc="upper right")
     return (
         "With smooth friction one family of motions (points) leads from the branch that repels, "

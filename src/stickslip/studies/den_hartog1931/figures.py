@@ -39,9 +39,7 @@ def draw_amplitudes(figure: Figure) -> str:
         dots = [ratio * largest(cycle) if stops(cycle) == 0 else np.nan for cycle in motions]
         ax.plot(frequency, closed, color=PALETTE[name], label=f"$f/a={ratio:g}$")
         ax.plot(FREQUENCIES, dots, "o", color=PALETTE[name], mfc="white")
-    ax.set_ylim(0.0, 6.0)
-    ax.set_xlabel("frequency")
-    ax.set_ylabel("amplitude / $a$")
+    ax.set(ylim=(0.0, 6.0), xlabel="frequency", ylabel="amplitude / $a$")
     ax.legend()
     return (
         "Amplitude over the forcing a without stops, friction f: closed form (lines, which end "
@@ -60,10 +58,7 @@ def draw_boundary(figure: Figure) -> str:
         ax.plot(at, 1.0 / change.value, "o", color=PALETTE["vermillion"], mfc="white")
     ax.text(1.25, 0.3, "no stops", ha="center")
     ax.text(1.6, 0.8, "stops", ha="center")
-    ax.set_xlim(frequency[0], frequency[-1])
-    ax.set_ylim(0.0, 1.0)
-    ax.set_xlabel("frequency")
-    ax.set_ylabel("$f/a$")
+    ax.set(xlim=(frequency[0], frequency[-1]), ylim=(0.0, 1.0), xlabel="frequency", ylabel="$f/a$")
     return (
         "Friction over forcing below which the block never stops: closed form (line) and the first "
         "stop met by motions continued in the forcing (circles)."
@@ -81,8 +76,7 @@ def draw_motions(figure: Figure) -> str:
         ax.plot(t / cycle.period, x, color=PALETTE["blue"])
         rest = np.where(v == 0.0, x, np.nan)
         ax.plot(t / cycle.period, rest, color=PALETTE["vermillion"], lw=2.2)
-        ax.set_xlim(0.0, 1.0)
-        ax.set_xlabel("time / period")
+        ax.set(xlim=(0.0, 1.0), xlabel="time / period")
         panel_letter(ax, letter)
         told = f"frequency {frequency:g}, a/f = {forcing:g}: {stops(cycle)} stops"
         panels.append(f"({letter}) {told}")

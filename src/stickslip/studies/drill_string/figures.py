@@ -41,11 +41,9 @@ def draw_branches(figure: Figure) -> str:
         speeds = [extreme(w) for _, w in never]
         ax.plot([u for u, _ in never], speeds, color=PALETTE["blue"], ls=DASHED)
     ax.plot(low, string.hopf()[1], "o", color=PALETTE["black"])
-    ax.set_xlim(*string.RANGE)
-    ax.set_ylim(0.0, 18.0)
+    ax.set(xlim=string.RANGE, ylim=(0.0, 18.0))
     ax.text(0.5 * (low + end), 16.3, "both attract", ha="center")
-    ax.set_xlabel("drive")
-    ax.set_ylabel(SPEED)
+    ax.set(xlabel="drive", ylabel=SPEED)
     return (
         "Largest and least speeds of the lower disc over the drive: cycles (blue) and steady "
         f"rotation (black); solid: attracts, dashed: repels. Rotation is stable from "
@@ -69,9 +67,7 @@ def draw_pair(figure: Figure) -> str:
         ax.plot(states[:, 0], states[:, 2], color=PALETTE[name], ls=dashes, label=label)
     steady = string.rotation(drive).x
     ax.plot(steady[0], steady[2], "x", color=PALETTE["black"], label="rotation")
-    ax.set_ylim(-0.3, 18.0)
-    ax.set_xlabel("twist")
-    ax.set_ylabel(SPEED)
+    ax.set(ylim=(-0.3, 18.0), xlabel="twist", ylabel=SPEED)
     ax.legend(loc="upper right", ncols=1)
     return (
         f"Drive {drive:.4f}: the cycle that sticks attracts, steady rotation as well; the dashed "
@@ -85,13 +81,11 @@ def draw_smooth(figure: Figure) -> str:
     axes = figure.subplots(1, 3, sharey=True)
     for ax, run, letter in zip(axes, runs, "abc", strict=True):
         ax.plot(run.t, run.v[:, 2], color=PALETTE["blue"], lw=0.4)
-        ax.set_xlim(0.0, string.LONG)
-        ax.set_xlabel("time")
+        ax.set(xlim=(0.0, string.LONG), xlabel="time")
         panel_letter(ax, letter)
         place = {"ha": "right", "va": "top", "transform": ax.transAxes}
         ax.text(0.97, 0.96, rf"$\varepsilon={run.width:g}$", **place)
-    axes[0].set_ylim(-0.5, 19.0)
-    axes[0].set_ylabel(SPEED)
+    axes[0].set(ylim=(-0.5, 19.0), ylabel=SPEED)
     return (
         f"Friction -L F tanh(w / eps), eps = {', '.join(f'{run.width:g}' for run in runs)}, from a "
         f"state of the exact stick-slip cycle at {string.BELOW:g} of the drive at which it ends."
@@ -114,11 +108,8 @@ def draw_long(figure: Figure) -> str:
         within.plot(np.linspace(0.0, period, 1001), centred, label=told, **line)
         if n == string.ELEMENTS:
             within.set_xlim(0.0, period)
-    over.set_xlim(15.0, 34.0)
-    over.set_xlabel("drive")
-    over.set_ylabel("largest " + SPEED)
-    within.set_xlabel("time")
-    within.set_ylabel(SPEED)
+    over.set(xlim=(15.0, 34.0), xlabel="drive", ylabel="largest " + SPEED)
+    within.set(xlabel="time", ylabel=SPEED)
     within.legend(loc="upper left")
     for ax, letter in zip((over, within), "ab", strict=True):
         ax.set_ylim(0.0, 14.0)

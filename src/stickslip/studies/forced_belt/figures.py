@@ -52,11 +52,9 @@ def draw_attractor(figure: Figure) -> str:
     left, right = figure.subplots(1, 2)
     x, v = shaken(CHAOTIC).iterate([0.0, 0.0], TRANSIENT + SHOWN)[TRANSIENT:].T
     left.plot(x, v, ".", ms=1.2, color=PALETTE["blue"], rasterized=True)
-    left.set_xlabel("$X$")
-    left.set_ylabel("velocity")
+    left.set(xlabel="$X$", ylabel="velocity")
     right.plot(x[:-1], x[1:], ".", ms=1.2, color=PALETTE["blue"], rasterized=True)
-    right.set_xlabel("$X_n$")
-    right.set_ylabel("$X_{n+1}$")
+    right.set(xlabel="$X_n$", ylabel="$X_{n+1}$")
     for ax, letter in zip((left, right), "ab", strict=True):
         panel_letter(ax, letter)
     return (

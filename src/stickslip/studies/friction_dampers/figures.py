@@ -28,10 +28,7 @@ def draw_one(figure: Figure) -> str:
         w = claims.slipping(load, 12)
         exact, _ = dampers.response(dampers.MODEL, load, w)
         ax.plot(w, exact, "o", color=PALETTE[name], mfc="white", ms=3.0)
-    ax.set_xlim(0.6, 1.8)
-    ax.set_ylim(0.0, 9.0)
-    ax.set_xlabel(RATIO)
-    ax.set_ylabel(r"amplitude $\times k / F$")
+    ax.set(xlim=(0.6, 1.8), ylim=(0.0, 9.0), xlabel=RATIO, ylabel=r"amplitude $\times k / F$")
     ax.legend(loc="upper right")
     return (
         "One mass with an elastic friction damper: exact cycles where the contact slips (circles), "
@@ -49,9 +46,7 @@ def draw_best(figure: Figure) -> str:
     peaks = [dampers.peak(load)[1] for load in loads.tolist()]
     left.plot(loads, peaks, "o", color=PALETTE["blue"], mfc="white", ms=3.0)
     left.plot(dampers.BEST, dampers.LEAST, "x", color=PALETTE["black"])
-    left.set_xlim(0.9, 4.0)
-    left.set_ylim(2.5, 8.0)
-    left.set_ylabel("largest amplitude")
+    left.set(xlim=(0.9, 4.0), ylim=(2.5, 8.0), ylabel="largest amplitude")
     rows = np.array([dampers.blade_peak(load) for load in dampers.LOADS])
     right.semilogy(
         dampers.LOADS, rows[:, 1], "x-", color=PALETTE["vermillion"], label="one harmonic"
@@ -79,9 +74,7 @@ def draw_blade(figure: Figure) -> str:
         ax.plot(w, one, color=PALETTE["vermillion"], lw=0.9, label="one harmonic")
         ax.plot(w, many, color=PALETTE["black"], lw=0.9, label="odd harmonics up to 15")
         ax.plot(w, exact, "o", color=PALETTE["blue"], mfc="white", ms=2.5, label="exact")
-        ax.set_xlim(w[0], w[-1])
-        ax.set_ylim(0.0, None)
-        ax.set_xlabel("frequency")
+        ax.set(xlim=(w[0], w[-1]), ylim=(0.0, None), xlabel="frequency")
         panel_letter(ax, letter)
     figure.axes[0].set_ylabel("amplitude of the tip")
     figure.axes[0].legend(loc="upper right")
@@ -106,10 +99,7 @@ def draw_two(figure: Figure) -> str:
     ax.plot(*large.T, color=PALETTE["blue"], label="slips")
     ax.plot(*small.T, color=PALETTE["blue"], ls=DASHED, label="slips, repels")
     ax.plot(below, 1.0 / (2.0 - below**2), color=PALETTE["black"], label="holds")
-    ax.set_xlim(0.9, 1.5)
-    ax.set_ylim(0.0, 4.0)
-    ax.set_xlabel(RATIO)
-    ax.set_ylabel(r"amplitude $\times k / F$")
+    ax.set(xlim=(0.9, 1.5), ylim=(0.0, 4.0), xlabel=RATIO, ylabel=r"amplitude $\times k / F$")
     ax.legend(loc="upper right")
     return (
         f"Friction in motion {claims.LOWER:g} of the static limit {claims.HELD:g}: the contact "

@@ -48,14 +48,12 @@ def draw_gains(figure: Figure) -> str:
     left.plot(gain, [each.distance for each in exact], color=PALETTE["black"])
     for orbit in found.orbits:
         left.plot(-found.values, orbit.points[:, 0], "o", color=PALETTE["blue"], mfc="white")
-    left.set_ylim(0.0, 0.07)
-    left.set_ylabel("distance at rest")
+    left.set(ylim=(0.0, 0.07), ylabel="distance at rest")
     right.semilogy(gain, [each.period for each in exact], color=PALETTE["black"])
     right.set_ylabel("period")
     for ax, letter in zip((left, right), "ab", strict=True):
         ax.axvline(LIMIT, color=PALETTE["grey"], lw=0.6, ls=DASHED)
-        ax.set_xlim(0.0, gain[-1])
-        ax.set_xlabel("integral gain $k_i$")
+        ax.set(xlim=(0.0, gain[-1]), xlabel="integral gain $k_i$")
         panel_letter(ax, letter)
     return (
         "Hunting over the integral gain: (a) distance from the target at rest, closed form (line) "
@@ -73,10 +71,7 @@ def draw_motions(figure: Figure) -> str:
     for stiffness, name, text in ((1e5, "vermillion", "$10^5$"), (1e2, "blue", "$10^2$")):
         run = bristles(stiffness)
         ax.plot(run.t, run.x, color=PALETTE[name], lw=0.9, label=f"LuGre, stiffness {text}")
-    ax.set_xlim(0.0, UNTIL)
-    ax.set_ylim(-0.06, 0.085)
-    ax.set_xlabel("time")
-    ax.set_ylabel("position")
+    ax.set(xlim=(0.0, UNTIL), ylim=(-0.06, 0.085), xlabel="time", ylabel="position")
     ax.legend(loc="upper right", ncols=3)
     return (
         "Position of the axis from 0.05: exact, and with LuGre's friction of two stiffnesses of "

@@ -26,8 +26,7 @@ def draw_cycle(figure: Figure) -> str:
     ax.axhline(MODEL.V, color=PALETTE["grey"], lw=0.6, ls=(0, (5, 3)))
     ax.plot(cycle.trajectory.x(t)[:, 0], cycle.trajectory.v(t)[:, 0], color=PALETTE["blue"])
     ax.plot(cycle.model.laws[0].force(MODEL.V), 0.0, "x", color=PALETTE["black"])
-    ax.set_xlabel("$X$")
-    ax.set_ylabel("$X'$")
+    ax.set(xlabel="$X$", ylabel="$X'$")
     return (
         f"Stick-slip cycle of one block, F = 1/(1 + 3|w|), V = {MODEL.V:g} (dashed), no damping; "
         f"period {cycle.period:.10f}. Cross: steady sliding, which repels."
@@ -54,9 +53,7 @@ def draw_branch(figure: Figure) -> str:
     ax.plot(fold.value, _amplitude(fold.solution), "s", color=PALETTE["black"])
     ax.annotate("Hopf", (hopf.value, 0.0), (-26, 5), textcoords="offset points")
     ax.annotate("fold", (fold.value, _amplitude(fold.solution)), (6, 3), textcoords="offset points")
-    ax.set_xlim(*DAMPING)
-    ax.set_xlabel("damping $c$")
-    ax.set_ylabel("amplitude of $X$")
+    ax.set(xlim=DAMPING, xlabel="damping $c$", ylabel="amplitude of $X$")
     return (
         f"Half the range of X over a cycle against the damping c, V = {MODEL.V:g}; the line at 0 "
         "is steady sliding. Solid: attracts; dashed: repels. The unstable cycle is born at Hopf's "

@@ -35,10 +35,7 @@ def _draw_branch(
         y = np.where(wide, amplitude, np.nan)
         ax.plot(curve.values, y, color=PALETTE[colour], ls=dashes, label=label)
         label = None
-    ax.set_xlim(*SHOWN)
-    ax.set_ylim(0.0, 11.0)
-    ax.set_xlabel(LABEL)
-    ax.set_ylabel(AMPLITUDE)
+    ax.set(xlim=SHOWN, ylim=(0.0, 11.0), xlabel=LABEL, ylabel=AMPLITUDE)
 
 
 def draw_branch(figure: Figure) -> str:
@@ -74,18 +71,12 @@ def draw_kicks(figure: Figure) -> str:
     left.axvline(CRITICAL, color=PALETTE["grey"], lw=0.6)
     left.text(0.61, 5.2, "squeals", ha="center")
     left.text(0.485, 0.7, "slides", ha="left")
-    left.set_ylim(0.0, 8.0)
-    left.set_xlim(load[0], 0.72)
-    left.set_xlabel(LABEL)
-    left.set_ylabel("kick / $V$")
+    left.set(ylim=(0.0, 8.0), xlim=(load[0], 0.72), xlabel=LABEL, ylabel="kick / $V$")
     for share, name, text in ((1.02, "vermillion", "1.02 of the edge"), (0.98, "blue", "0.98")):
         found = squeal.kicked(KICKED, share * squeal.squeal_kick(KICKED)[1])
         y = (found.x(TIMES)[:, 1] - float(found.x(0.0)[1])) / squeal.SPEED
         right.plot(TIMES, y, color=PALETTE[name], lw=0.7, label=text)
-    right.set_ylim(-11.0, 14.5)
-    right.set_xlim(0.0, TIMES[-1])
-    right.set_xlabel("time")
-    right.set_ylabel("$(y - y_0) / V$")
+    right.set(ylim=(-11.0, 14.5), xlim=(0.0, TIMES[-1]), xlabel="time", ylabel="$(y - y_0) / V$")
     right.legend(loc="upper left", ncols=2)
     for ax, letter in zip((left, right), "ab", strict=True):
         panel_letter(ax, letter)
@@ -122,13 +113,11 @@ def draw_smooth(figure: Figure) -> str:
     for ax, run, ratio, letter in zip(axes, runs[:3], squeal.RATIOS[:3], "abc", strict=True):
         ax.axhspan(y.min() - middle, y.max() - middle, color=PALETTE["light"], lw=0)
         ax.plot(run.t, run.x[:, 1] / squeal.SPEED - middle, color=PALETTE["blue"], lw=0.4)
-        ax.set_xlim(0.0, squeal.LONG)
-        ax.set_xlabel("time")
+        ax.set(xlim=(0.0, squeal.LONG), xlabel="time")
         panel_letter(ax, letter)
         place = {"ha": "right", "va": "top", "transform": ax.transAxes}
         ax.text(0.97, 0.95, rf"$V/\varepsilon={ratio:g}$", **place)
-    axes[0].set_ylim(-12.0, 13.5)
-    axes[0].set_ylabel("$y / V$, from its middle")
+    axes[0].set(ylim=(-12.0, 13.5), ylabel="$y / V$, from its middle")
     load, told = (
         squeal.ABOVE * squeal.cycles().onset.value,
         ", ".join(f"{ratio:g}" for ratio in squeal.RATIOS[:3]),

@@ -51,8 +51,7 @@ def draw_plane(figure: Figure) -> str:
     chaos = np.ma.masked_where(largest <= CHAOTIC, largest)
     image = ax.pcolormesh(data.alpha, data.beta, chaos, cmap="viridis", vmin=0.0, rasterized=True)
     figure.colorbar(image, ax=ax, label="exponent per event")
-    ax.set_xlabel(r"$\alpha$")
-    ax.set_ylabel(r"$\beta$")
+    ax.set(xlabel=r"$\alpha$", ylabel=r"$\beta$")
     return (
         f"Largest Lyapunov exponent per event of two blocks as V -> 0, mu = {MU:g}, over the "
         f"coupling alpha and the ratio beta of the static limits, {len(data.exponents)} starts "
@@ -68,12 +67,9 @@ def draw_slips(figure: Figure) -> str:
     axes = figure.subplots(1, 2, width_ratios=(1.7, 1.0))
     travel = np.concatenate(([0.0], np.cumsum(slips.wait)))[:SHOWN]
     axes[0].vlines(travel, 0.0, slips.moment[:SHOWN], color=PALETTE["blue"], lw=1.0)
-    axes[0].set_xlabel("travel of the belt")
-    axes[0].set_ylabel("moment")
-    axes[0].set_ylim(bottom=0.0)
+    axes[0].set(xlabel="travel of the belt", ylabel="moment", ylim=(0.0, None))
     axes[1].hist(slips.moment, bins=80, color=PALETTE["blue"], histtype="stepfilled")
-    axes[1].set_xlabel("moment")
-    axes[1].set_ylabel("slips")
+    axes[1].set(xlabel="moment", ylabel="slips")
     for ax, letter in zip(axes, "ab", strict=True):
         panel_letter(ax, letter)
     p = f.parameters

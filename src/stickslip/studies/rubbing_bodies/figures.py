@@ -27,9 +27,7 @@ def draw_stacks(figure: Figure) -> str:
         for k, label in enumerate(("lower slider", "upper slider")):
             ax.plot(t, run.v(t)[:, k], color=PALETTE[COLOURS[k]], label=label)
             ax.plot(dots[:, 0], dots[:, k + 1], "o", color=PALETTE["black"], mfc="white", ms=3.0)
-        ax.set_xlim(0.0, t[-1])
-        ax.set_ylim(-0.1, 3.2)
-        ax.set_xlabel("time")
+        ax.set(xlim=(0.0, t[-1]), ylim=(-0.1, 3.2), xlabel="time")
         panel_letter(ax, letter)
     axes[0].set_ylabel("speed")
     axes[1].legend(loc="upper right")
@@ -55,10 +53,7 @@ def draw_walled(figure: Figure) -> str:
     for run, name in zip(bodies.creeping(), COLOURS, strict=False):
         label = rf"$\varepsilon={run.width:g}$"
         right.semilogy(run.t[1:], run.x[1:, 0], color=PALETTE[name], label=label)
-    right.set_xlim(0.0, run.t[-1])
-    right.set_ylim(1e-5, 1e3)
-    right.set_xlabel("time")
-    right.set_ylabel("displacement")
+    right.set(xlim=(0.0, run.t[-1]), ylim=(1e-5, 1e3), xlabel="time", ylabel="displacement")
     right.legend(loc="upper left", ncols=3)
     for ax, letter in ((left, "a"), (right, "b")):
         panel_letter(ax, letter)
@@ -82,10 +77,9 @@ def draw_clutch(figure: Figure) -> str:
     slip = -np.diff(clutches.CLUTCH.motion(clutches.WATCHED).v(t))[:, 0]
     slips = slip > 1e-5
     ax.semilogy(t[slips], slip[slips], color=PALETTE["black"], label="exact")
-    ax.set_xlim(0.0, clutches.WATCHED)
-    ax.set_ylim(1e-5, 5.0)
-    ax.set_xlabel("time")
-    ax.set_ylabel("slip of the clutch")
+    ax.set(
+        xlim=(0.0, clutches.WATCHED), ylim=(1e-5, 5.0), xlabel="time", ylabel="slip of the clutch"
+    )
     ax.legend(loc="lower right")
     return (
         f"A clutch closes: its slip is 0 from {clutches.CLUTCH.lock:g} on, exactly; with smooth "
@@ -105,16 +99,13 @@ def draw_train(figure: Figure) -> str:
         ax.set_xlabel("time")
     for time, _, _ in clutches.train().events:
         left.axvline(time, color=PALETTE["light"], lw=0.6, zorder=0)
-    left.set_xlim(0.0, clutches.END)
-    left.set_ylim(-0.2, 10.2)
-    left.set_ylabel("speed")
+    left.set(xlim=(0.0, clutches.END), ylim=(-0.2, 10.2), ylabel="speed")
     left.legend(loc="upper right")
     rows = np.array(clutches.MWORKS_ROWS)
     for k, mark in ((1, "s"), (2, "o")):
         colour = PALETTE[COLOURS[k + 1]]
         right.plot(rows[:, 0], rows[:, k], mark, color=colour, mfc="white", ms=3.0)
-    right.set_xlim(1.139, 1.197)
-    right.set_ylim(2.425, 2.475)
+    right.set(xlim=(1.139, 1.197), ylim=(2.425, 2.475))
     for ax, letter in ((left, "a"), (right, "b")):
         panel_letter(ax, letter)
     return (

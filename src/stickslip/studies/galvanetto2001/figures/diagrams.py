@@ -127,14 +127,12 @@ def _draw_enlarged(ax: Axes, data: CoulombDiagram) -> None:
     ax.plot(values, line.d, **BREAK)
     looks: dict[str, Any] = {"ls": "none", "marker": "o", "mfc": "white", "mec": PALETTE["purple"]}
     ax.plot([data.end], [s4.ends[1].points[column]], ms=4.5, zorder=6, **looks)
-    ax.set_xlim(V_RANGE)
-    ax.set_ylim(ENLARGED)
+    ax.set(xlim=V_RANGE, ylim=ENLARGED)
     ax.annotate("$D$", (V_RANGE[0], line.d[0]), (8, 4), textcoords="offset points")
     quarter = len(values) // 4
     where = (values[quarter], s4.points[quarter, column])
     ax.annotate("$S_{41}$", where, (4, -10), textcoords="offset points")
-    ax.set_xlabel(r"$V_{\mathrm{dr}}$")
-    ax.set_ylabel("$d$")
+    ax.set(xlabel=r"$V_{\mathrm{dr}}$", ylabel="$d$")
 
 
 # Figure 11: bifurcation diagram of the system with friction law (9).
