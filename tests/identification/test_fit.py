@@ -249,7 +249,7 @@ def test_a_derivative_that_there_is_not_moves_nothing() -> None:
     periods = ss.CyclePeriods([0.1, 0.2, 0.3], [7.0, 8.0, 9.0], sigma=0.1)
     gradient = np.array([[1.0], [np.inf], [np.nan]])
     answer = term_of(periods, BLOCK, 1).answered(np.array([7.1, 8.0, np.nan]), gradient, "")
-    np.testing.assert_allclose(answer.jacobian, [[10.0], [0.0], [0.0]])
+    np.testing.assert_allclose(answer.jacobian, [[10.0], [0.0], [0.0]], rtol=1e-12)
 
 
 def test_forces_over_speeds_and_a_record_together() -> None:
