@@ -12,6 +12,7 @@ from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.mechanics.cycle.cycle import Cycle
+from stickslip.mechanics.cycle.trapping import _Return
 
 COULOMB = ss.examples.coulomb()
 
@@ -347,3 +348,26 @@ def test_two_blocks_that_land_and_leave_at_once_have_derivatives_on_one_side_alo
     assert (by.margin, by.status) == (0.0, ss.status.ONE_SIDED)
     beside = ss.find_cycle(model.replace(static_1=1 + 1e-4), found.x, found.v)
     assert beside.period > found.period + 9.0
+
+
+@pytest.mark.parametrize("v", [[0.0, 0.1, 0.0], [0.1, 0.1, 0.1]])
+def test_events_at_one_time_may_be_settled_one_after_the_other(v: list[float]) -> None:
+    """Outer blocks of three are alike; rounding tells their events apart, or does not."""
+    model = ss.Blocks(
+        mass=[1, 1, 1],
+        stiffness=[[3, -1, 0], [-1, 3, -1], [0, -1, 3]],
+        damping=0.1 * np.eye(3),
+        static=[1, 1, 1],
+        friction=ss.Coulomb(mu=0.5),
+        V=0.1,
+    )
+    found = ss.find_cycle(model, [0.8, 0.6, 0.8], v)
+    by = found.derivative("V")
+    assert by.x.shape == (len(found.events), 3, 1)
+    # Who sticks has the velocity of the belt.
+    for event, v in zip(found.events, by.v[..., 0], strict=True):
+        if event.kind == "stick":
+            assert v[event.block - 1] == pytest.approx(1.0)
+    back = _Return(found)
+    assert back.leg(np.zeros(back.free.sum())).duration == pytest.approx(found.period)
+    assert ss.trapping_ball(found) is None  # beside it the outer blocks take turns

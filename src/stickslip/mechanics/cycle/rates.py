@@ -15,7 +15,6 @@ from stickslip.mechanics.cycle.mode_changes import (
     touches,
     with_word,
 )
-from stickslip.mechanics.cycle.section import EVENTS
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.flow.sensitivity import NO_CLEARANCE
 from stickslip.numerics.continuation import LeavesRegion
@@ -108,16 +107,17 @@ class Rates:
         plant, start = self.cycle.model.plant, self.shot.state
         moved = self.shooting.section.ways @ self.rates[: self.shooting.n_states]
         shooter = Shooter(self.cycle.model, parameter=self.shooting.name)
-        rows = np.zeros((0, len(plant.mass) + plant.n_positions))
-        events = shooter.leg(start, EVENTS, max_time=self.shot.leg.duration).events
-        for number in range(1, len({time for time, _, _ in events}) + 1):
+        rows, n = [np.zeros((0, len(plant.mass) + plant.n_positions))], 0
+        for number in range(1, len(self.shot.word) + 1):
+            if n == len(self.shot.word):
+                break  # some were settled together
             leg = shooter.leg(start, number)
             row = plant.jacobians[0] @ (leg.tangent @ moved + leg.parameter)
             if shooter.change is not None:
                 row += plant.states_change(leg.state.z, leg.state.t, shooter.change)
-            here = sum(time == leg.duration for time, _, _ in events)
-            rows = np.concatenate([rows, np.repeat(row[None], here, axis=0)])
-        return rows
+            rows.append(np.repeat(row[None], len(leg.events) - n, axis=0))
+            n = len(leg.events)
+        return np.concatenate(rows)
 
     @property
     def multipliers(self) -> Any:

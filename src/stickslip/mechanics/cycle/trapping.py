@@ -128,7 +128,11 @@ class _Return:
             if (state.mode[before.mode != STICK] == STICK).any():
                 break
         self.start = state
-        self.n_events = len({event.time for event in cycle.events})
+        # Events at one time are settled together, or one after the other.
+        n, times = len(cycle.events), {event.time for event in cycle.events}
+        for self.n_events in range(len(times), n + 1):
+            if len(self.shooter.leg(state, self.n_events).events) >= n:
+                break
         self.free = state.free
         leg = self.leg(np.zeros(int(self.free.sum())))
         self.word: Word = word_of(leg)
@@ -183,7 +187,8 @@ def trapping_ball(cycle: Cycle) -> TrappingBall | None:
     section = _Return(cycle)
     size = int(section.free.sum())
     at_cycle = section.derivative(np.zeros(size))
-    assert at_cycle is not None
+    if at_cycle is None:
+        return None
     spectral = float(np.abs(np.linalg.eigvals(at_cycle)).max())
     if spectral >= 1.0:
         return None
