@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
@@ -53,12 +52,14 @@ def follow_equilibrium(
     for end in (low, high):
         model.replace(**{parameter: end})
     values = np.union1d(np.linspace(low, high, N_VALUES), own)
-    speeds = _followed(model, parameter, values, equilibrium.w)
+    solved = _followed(model, parameter, values, equilibrium.w)
+    speeds = np.array([solved[value].w for value in values.tolist()])
 
-    @cache  # the searches below ask for all rows again
     def at(value: float) -> Equilibrium:
-        w = [np.interp(value, values, column) for column in speeds.T]
-        return _sliding(model.replace(**{parameter: value}), np.array(w))
+        if value not in solved:
+            w = [np.interp(value, values, column) for column in speeds.T]
+            solved[value] = _sliding(model.replace(**{parameter: value}), np.array(w))
+        return solved[value]
 
     def eigenvalues(value: float) -> Complexes:
         return at(value).eigenvalues
@@ -118,13 +119,13 @@ def _sliding(model: Model, w: Floats) -> Equilibrium:
     return equilibrium_at(model, min(states, key=lambda each: float(np.abs(each.w - w).max())))
 
 
-def _followed(model: Model, parameter: str, values: Floats, w: Floats) -> Floats:
-    """Velocities of slip at ascending values, followed from the model's own, (values, m)."""
-    speeds = np.empty((len(values), len(w)))
+def _followed(model: Model, parameter: str, values: Floats, w: Floats) -> dict[float, Equilibrium]:
+    """Steady sliding at ascending values, followed from the model's own."""
+    solved: dict[float, Equilibrium] = {}
     own = int(np.searchsorted(values, model.parameters[parameter]))
-    for rows in (range(own, len(values)), range(own, -1, -1)):
+    for way in (values[own:], values[own::-1]):
         here = w
-        for row in rows:
-            here = _sliding(model.replace(**{parameter: float(values[row])}), here).w
-            speeds[row] = here
-    return speeds
+        for value in way.tolist():
+            solved[value] = _sliding(model.replace(**{parameter: value}), here)
+            here = solved[value].w
+    return solved
