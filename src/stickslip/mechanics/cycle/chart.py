@@ -124,7 +124,7 @@ def chart(
 ) -> Chart:
     """Choose the coordinates of a section, or take those named; ValueError if they do not do."""
     reduced = plant.reduced
-    states = states_of(reduced, plant.n_positions)[:, reduced.n_waves : -1]
+    states = plant.jacobians[0]
     known = names_of(plant)
     free = np.array([names is None or name not in names for name in known])
     bare = Chart(plant, contact, mode, released, (), ())

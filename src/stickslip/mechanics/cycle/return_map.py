@@ -21,7 +21,7 @@ from stickslip.checks import (
     shown,
     whole_number,
 )
-from stickslip.mechanics.cycle.chart import PHASE, Chart, chart, states_of
+from stickslip.mechanics.cycle.chart import PHASE, Chart, chart
 from stickslip.mechanics.cycle.shooting import size_of
 from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
@@ -316,7 +316,7 @@ class LineReturnMap(SectionMap, LineMap):
         """Interval of points where the event happens that the map carries into itself."""
         plant, (own,) = self.model.plant, self.chart.kept
         reduced = plant.reduced
-        states = states_of(reduced, plant.n_positions)[:, reduced.n_waves : -1]
+        states = plant.jacobians[0]
         row = reduced.matrix[reduced.n_free + self.contact, reduced.n_waves :]
         growth = abs(float((row @ np.linalg.inv(states))[own]))
         scale = float(plant.static[self.contact]) / growth if growth > 0.0 else size_of(plant)
