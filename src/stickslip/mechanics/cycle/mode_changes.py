@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -194,7 +195,7 @@ def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -
     # Newton's method starts just beyond the change, then just before: there both may meet and
     # vanish.
     ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
-    free = with_word(shooting, None)
+    free = replace(shooting, word=None)
     width = ends[1] - ends[0]
     sides: tuple[tuple[Literal["persists", "fold"], float], ...] = (
         ("persists", ahead),
@@ -206,21 +207,9 @@ def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -
             continue
         y = _beside(free, shooting.word, point, value, width)
         if y is not None:
-            found = with_word(shooting, free.shot(y).word)
+            found = replace(shooting, word=free.shot(y).word)
             return Partner(found, y, outcome, way > 0.0)
     return None
-
-
-def with_word(shooting: Shooting, word: Word | None) -> Shooting:
-    """Equations of cycles of other changes of mode, or of any."""
-    return Shooting(
-        shooting.model,
-        shooting.name,
-        shooting.section,
-        word=word,
-        rounds=shooting.rounds,
-        rtol=shooting.rtol,
-    )
 
 
 def _beside(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -13,7 +14,6 @@ from stickslip.mechanics.cycle.mode_changes import (
     converged,
     on_section,
     touches,
-    with_word,
 )
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.flow.sensitivity import NO_CLEARANCE
@@ -161,14 +161,14 @@ class Rates:
 def _with_its_events(cycle: Cycle, name: str) -> tuple[Shooting, Floats]:
     """Equations of a cycle; where rounding decides whether it touches, of the one just beside."""
     shooting, y = on_section(cycle, name)
-    free, size = with_word(shooting, None), abs(float(y[-1])) or 1.0
+    free, size = replace(shooting, word=None), abs(float(y[-1])) or 1.0
     for step in (0.0, *(way * share * size for share in ASIDE for way in (1.0, -1.0))):
         near = converged(free, np.append(y[:-1], y[-1] + step), size) if step else y
         if near is not None:
             with suppress(LeavesRegion):
                 word = free.shot(near).word
                 if len(word) == len(cycle.events):
-                    return with_word(shooting, word), near
+                    return replace(shooting, word=word), near
     return shooting, y
 
 

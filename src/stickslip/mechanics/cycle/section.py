@@ -127,23 +127,16 @@ def _fewest_slipping(section: Section, leg: Leg) -> int:
     return fewest
 
 
+@dataclass(frozen=True, eq=False)
 class Shooting:
     """Equations of a cycle along a parameter: ``F(state, period, parameter) = 0``."""
 
-    # `word`: changes of mode that every shot must have; `rounds`: periods of the forcing in one.
-
-    def __init__(
-        self,
-        model: Model,
-        name: str,
-        section: Section,
-        *,
-        word: Word | None = None,
-        rounds: int = 1,
-        rtol: float = 1e-15,
-    ) -> None:
-        self.model, self.name, self.section = model, name, section
-        self.word, self.rounds, self.rtol = word, rounds, rtol
+    model: Model
+    name: str
+    section: Section
+    word: Word | None = None  # changes of mode that every shot must have
+    rounds: int = 1  # periods of the forcing in one
+    rtol: float = 1e-15
 
     # --- between unknowns and states ----------------------------------------------------------
 
