@@ -152,8 +152,7 @@ def follow(
         start = (thing, f if in_space else line_family(f), parameter, range)
         return _call(run, "a bifurcation", given, start, ("solve_for",), work)
     if isinstance(thing, Cycle):
-        known = ORBIT[2:]
-        return _call(follow_cycle, "a cycle", given, (thing, parameter, range), known, work)
+        return _call(follow_cycle, "a cycle", given, (thing, parameter, range), ORBIT[2:], work)
     if isinstance(thing, Equilibrium):
         return _call(follow_equilibrium, "an equilibrium", given, (thing, parameter, range), ())
     raise ValueError(
