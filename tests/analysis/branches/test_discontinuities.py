@@ -51,7 +51,7 @@ def test_margins_lead_to_the_change(at, root_on):
     probe, calls = mesh.probe, list[int]()
     mesh.probe = lambda x: (calls.append(x.size), probe(x))[1]
     brackets = LabelBrackets(mesh, *ends)
-    brackets.close()
+    brackets.close(brackets.are_open)
     assert brackets.left.x[0] < at <= brackets.right.x[0]
     assert brackets.right.x[0] - brackets.left.x[0] <= 2 * np.spacing(at)
     assert len(calls) <= CALLS

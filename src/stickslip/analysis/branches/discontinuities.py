@@ -48,13 +48,31 @@ ROUGH: Final = "values look rough: more breaks without a label than are followed
 class Brackets:
     """Brackets of changes of a map, cut into parts or narrowed to what margins foretell."""
 
-    def __init__(self, probe: Callable[[Floats], Nodes], left: Nodes, right: Nodes) -> None:
+    # ``is_left`` tells of brackets, their left ends, points inside and their right ends which of
+    # the points are on the left side of the change.
+
+    def __init__(
+        self,
+        probe: Callable[[Floats], Nodes],
+        left: Nodes,
+        right: Nodes,
+        is_left: Callable[[Indices, Nodes, Nodes, Nodes], Bools],
+    ) -> None:
         self.probe, self.left, self.right = probe, left.copy(), right.copy()
+        self.is_left = is_left
         self.halve_next = np.zeros(len(left), dtype=bool)
         # Rounds since either end has moved.
         self.rests = np.zeros((2, len(left)), dtype=np.int64)
         # Where the ends were before they last moved.
         self.old_left, self.old_right = left.copy(), right.copy()
+
+    def close(self, are_open: Callable[[], Bools]) -> None:
+        """Narrow brackets as long as they are open, and some rounds at most."""
+        for _ in range(MAX_ROUNDS):
+            k = np.flatnonzero(are_open())
+            if not k.size:
+                break
+            self.narrow(k)
 
     def narrow(self, k: Indices) -> None:
         """Look at points inside some of the brackets: the more of them, the fewer in each."""
@@ -71,7 +89,7 @@ class Brackets:
         k, nodes = k[inside], nodes.take(inside)
         if not k.size:
             return
-        as_left = self._is_left(k, nodes)
+        as_left = self.is_left(k, self.left.take(k), nodes, self.right.take(k))
         begins = np.append(True, k[1:] != k[:-1])
         passed: Indices = np.cumsum(~as_left) - ~as_left  # points on the right side
         passed = passed - passed[begins][np.cumsum(begins) - 1]  # ... of this bracket
@@ -80,10 +98,6 @@ class Brackets:
         ends = ~as_left & (passed == 0)
         self.rests[:, k[begins]] += 1
         self._move((k[leads], nodes.take(leads)), (k[ends], nodes.take(ends)))
-
-    def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
-        """Tell which points are on the left side of the change."""
-        raise NotImplementedError
 
     def _move(self, left: tuple[Indices, Nodes], right: tuple[Indices, Nodes]) -> None:
         (i, new_left), (j, new_right) = left, right
@@ -136,10 +150,9 @@ class Brackets:
 
     def _forecast(self, k: Indices) -> tuple[Floats, Floats]:
         """Where the margins of both sides vanish together, and how well they agree on it."""
-        sides = [
-            [_zero(old.take(k), new.take(k), exponent) for exponent in (1, 2)]
-            for old, new in ((self.old_left, self.left), (self.old_right, self.right))
-        ]
+        moves = (self.old_left, self.left), (self.old_right, self.right)
+        ends = ((old.take(k), new.take(k)) for old, new in moves)
+        sides = [[_zero(*both, exponent) for exponent in (1, 2)] for both in ends]
         pairs = [(a, b) for a in sides[0] for b in sides[1]]
         apart = np.stack([np.abs(a - b) for a, b in pairs])
         apart = np.where(np.isnan(apart), np.inf, apart)
@@ -149,50 +162,20 @@ class Brackets:
         return centre, apart[best, column]
 
 
-class _MeshBrackets(Brackets):
-    """Brackets on a mesh."""
-
-    def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
-        super().__init__(mesh.probe, left, right)
-        self.mesh = mesh
-
-    def close(self) -> None:
-        """Narrow all brackets to adjacent floats."""
-        for _ in range(MAX_ROUNDS):
-            apart = are_apart(self.mesh, self.left.x, self.right.x)
-            active = np.flatnonzero(apart & self._matters())
-            if not active.size:
-                break
-            self.narrow(active)
-
-    def _matters(self) -> Bools:
-        """Tell where it matters where the change is."""
-        return np.ones(len(self.left), dtype=bool)
-
-
-class _SuspectBrackets(_MeshBrackets):
-    """Brackets of breaks without a label: a point belongs to the side that it is more like."""
-
-    def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
-        return _more_like_left(self.left.take(k), nodes, self.right.take(k))
-
-
-class LabelBrackets(_MeshBrackets):
+class LabelBrackets(Brackets):
     """Brackets of label changes; where branches crowd, the mesh is resolved less."""
 
     def __init__(self, mesh: Mesh, left: Nodes, right: Nodes) -> None:
-        super().__init__(mesh, left, right)
-        nodes = mesh.nodes
+        super().__init__(mesh.probe, left, right, lambda _, lower, x, __: have_same_label(x, lower))
+        self.mesh, nodes = mesh, mesh.nodes
         # Two points of either side foretell the change.
         self.old_left = nodes.take(np.maximum(np.searchsorted(nodes.x, left.x) - 1, 0))
         after = np.searchsorted(nodes.x, right.x) + 1
         self.old_right = nodes.take(np.minimum(after, len(nodes) - 1))
 
-    def _matters(self) -> Bools:
-        return ~self._between_slivers()
-
-    def _is_left(self, k: Indices, nodes: Nodes) -> Bools:
-        return have_same_label(nodes, self.left.take(k))
+    def are_open(self) -> Bools:
+        """Tell which are no adjacent floats yet, and matter."""
+        return are_apart(self.mesh, self.left.x, self.right.x) & ~self._between_slivers()
 
     def _move(self, left: tuple[Indices, Nodes], right: tuple[Indices, Nodes]) -> None:
         k, nodes = right
@@ -361,7 +344,7 @@ class _Search:
     def follow(self, left: Nodes, right: Nodes) -> None:
         """Bisect label changes to adjacent floats and keep them as cuts, with neighbours."""
         brackets = LabelBrackets(self.mesh, left, right)
-        brackets.close()
+        brackets.close(brackets.are_open)
         self._keep(brackets.left, brackets.right)
         self._keep_neighbours(brackets.left, brackets.right)
 
@@ -387,9 +370,10 @@ class _Search:
         if not suspects:
             return False
         self.suspected.update(suspects)
-        ends = (self.mesh.probe(np.array(side)) for side in zip(*suspects, strict=True))
-        brackets = _SuspectBrackets(self.mesh, *ends)
-        brackets.close()
+        mesh = self.mesh
+        low, high = (mesh.probe(np.array(side)) for side in zip(*suspects, strict=True))
+        brackets = Brackets(mesh.probe, low, high, lambda _, *nodes: _more_like_left(*nodes))
+        brackets.close(lambda: are_apart(mesh, brackets.left.x, brackets.right.x))
         left, right = brackets.left, brackets.right
         real = self._is_break(left, right)
         real &= ~np.isin(left.x, self.left.x)

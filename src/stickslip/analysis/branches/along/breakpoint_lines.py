@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.discontinuities import MAX_ROUNDS, Brackets
+from stickslip.analysis.branches.discontinuities import Brackets
 from stickslip.analysis.branches.mesh import Nodes
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.numerics.continuation import lagrange_weights
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -185,21 +185,6 @@ def _signal(kind: NDArray[np.str_], nodes: Nodes) -> Floats:
     return np.where(kind == "edge", nodes.ok, signal)
 
 
-class _SignalBrackets(Brackets):
-    """Brackets of breaks: a point belongs to the side that it is more like."""
-
-    def __init__(
-        self, probe: Callable[[Floats], Nodes], left: Nodes, right: Nodes, kind: NDArray[np.str_]
-    ) -> None:
-        super().__init__(probe, left, right)
-        self.kind = kind
-
-    def _is_left(self, k: NDArray[np.intp], nodes: Nodes) -> NDArray[np.bool_]:
-        sides = (_signal(self.kind[k], side.take(k)) for side in (self.left, self.right))
-        to_left, to_right = (np.abs(_signal(self.kind[k], nodes) - side) for side in sides)
-        return np.asarray(to_left <= to_right)
-
-
 def _located(
     f: Map1D, kind: NDArray[np.str_], x: Floats, radius: Floats, contrast: Floats
 ) -> tuple[Floats, Floats]:
@@ -226,14 +211,16 @@ def _located(
         low, high, *inner = (
             old.replaced(k, new) for old, new in zip([low, high, *inner], wider, strict=True)
         )
-    brackets = _SignalBrackets(probe, low, high, kind)
+
+    def is_left(k: NDArray[np.intp], left: Nodes, nodes: Nodes, right: Nodes) -> NDArray[np.bool_]:
+        """Tell which points are more like the left side."""
+        one, here, other = (_signal(kind[k], each) for each in (left, nodes, right))
+        return np.asarray(np.abs(here - one) <= np.abs(here - other))
+
+    brackets = Brackets(probe, low, high, is_left)
     for nodes in inner:
         brackets.take_in(np.flatnonzero(good), nodes.take(good))
-    for _ in range(MAX_ROUNDS):
-        k = np.flatnonzero(good & (brackets.right.x - brackets.left.x > LOCATED * width))
-        if not k.size:
-            break
-        brackets.narrow(k)
+    brackets.close(lambda: good & (brackets.right.x - brackets.left.x > LOCATED * width))
     difference = np.abs(_signal(kind, brackets.right) - _signal(kind, brackets.left))
     good &= difference >= REMAINS * contrast  # else it was slope, not a break
     middle = 0.5 * (brackets.left.x + brackets.right.x)
