@@ -205,6 +205,23 @@ def test_stepping_and_playing_along_the_parameter(explorer):
     assert button.get_attribute("aria-pressed") == "false"
 
 
+def test_the_player_taken_up_again_goes_no_faster(explorer):
+    steps = explorer.page.evaluate(
+        """async () => {
+            const key = { key: "p", bubbles: true };
+            const press = () => document.body.dispatchEvent(new KeyboardEvent("keydown", key));
+            const times = [];
+            explorer.goTo = () => times.push(performance.now()); // no map is asked for
+            for (let k = 0; k < 7; k++) press();
+            while (times.length < 8) await new Promise((go) => setTimeout(go, 20));
+            press();
+            delete explorer.goTo;
+            return times.slice(1).map((time, k) => time - times[k]);
+        }"""
+    )
+    assert min(steps) > 30
+
+
 def test_the_diagram_takes_another_parameter_and_range(explorer):
     explorer.page.locator("select[aria-label='Parameter of the diagram']").select_option("beta")
     low = explorer.page.locator("input[aria-label='from']")

@@ -11,6 +11,7 @@ export class Player {
   constructor(app) {
     this.app = app;
     this.playing = false;
+    this.run = 0; // number of the present one: a step of an earlier one may still be due
     /** @type {(playing: boolean) => void} */ this.onchange = () => {};
   }
 
@@ -31,7 +32,7 @@ export class Player {
     if (outside) this.app.goTo(low);
     this.playing = true;
     this.onchange(true);
-    this.#run();
+    this.#play(++this.run);
   }
 
   stop() {
@@ -39,11 +40,13 @@ export class Player {
     this.onchange(false);
   }
 
-  async #run() {
-    while (this.playing) {
+  /** @param {number} run */
+  async #play(run) {
+    const goesOn = () => this.playing && run === this.run;
+    while (goesOn()) {
       await this.app.whenIdle("map");
       await new Promise((resolve) => setTimeout(resolve, PAUSE_MS));
-      if (this.playing && !this.step(1)) this.stop();
+      if (goesOn() && !this.step(1)) this.stop();
     }
   }
 }
