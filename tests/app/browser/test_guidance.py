@@ -238,6 +238,26 @@ def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer, collision):
     assert explorer.panel("plane").is_visible()
 
 
+def test_the_table_takes_no_place_where_it_is_not_shown(explorer):
+    table, portrait = explorer.panel("table"), explorer.panel("portrait-1")
+    explorer.page.keyboard.press("o")
+    assert table.is_visible()
+    assert portrait.is_hidden()
+    explorer.show("preset=chain")
+    assert table.is_hidden()
+    assert portrait.is_visible()
+    explorer.show()
+    explorer.page.evaluate("() => explorer.store.update({ large: ['portrait-1'] }, 'test')")
+    assert portrait.is_visible()
+    explorer.page.keyboard.press("Escape")
+    assert table.is_visible()
+    explorer.page.keyboard.press("o")
+    explorer.show("preset=chain")
+    explorer.page.keyboard.press("o")
+    assert "this model has none" in explorer.page.locator(".toast").text_content()
+    explorer.page.keyboard.press("o")
+
+
 def test_a_click_on_a_mark_snaps_to_it(explorer, collision):
     (four,) = ss.periodic_orbits(ss.examples.coulomb(), period=4)
     x, y = explorer.spot("map", four.points[0], four.points[1])

@@ -75,11 +75,12 @@ function addViews(app, main) {
   return { law, table, inMain };
 }
 
-/** Show the table in the place of the small views, or these. @param {App} app @param {TableView} table @param {HTMLElement} main */
-function toggleTable(app, table, main) {
+/** Show the table in the place of the small views, or these. @param {App} app @param {TableView} table */
+function toggleTable(app, table) {
   table.open = !table.open;
-  main.toggleAttribute("data-table", table.open);
   app.changed();
+  if (table.open && !hasLineMap(app.state))
+    app.announce("The table is of maps of the line: this model has none");
   if (!table.isFor(app.state)) return;
   table.panel.section.scrollIntoView({ block: "nearest" });
   table.panel.body.querySelector("button.name")?.focus();
@@ -130,7 +131,7 @@ async function start() {
     legend: showLegend,
     table: () => {
       large.end();
-      toggleTable(app, table, main);
+      toggleTable(app, table);
     },
     tour: () => tour.toggle(),
   };
