@@ -108,6 +108,21 @@ def test_another_law_comes_with_its_parameters(explorer):
     assert explorer.page.locator("input[name='speed']").count() == 0
 
 
+def test_a_control_that_is_made_anew_keeps_the_focus(explorer):
+    laws = explorer.page.locator("select[aria-label='Friction law']")
+    laws.focus()
+    with explorer.asking_only("law"):
+        laws.press("ArrowDown")
+        assert explorer.state["model"]["friction"]["law"] == "popp-stelter"
+        assert laws.evaluate("(made) => made === document.activeElement")
+        explorer.page.get_by_label("a law for each block").check()
+        each = explorer.page.get_by_label("Friction law of block 2")
+        each.focus()
+        each.press("ArrowUp")
+        assert explorer.state["model"]["friction"][1]["law"] == "coulomb"
+        assert each.evaluate("(made) => made === document.activeElement")
+
+
 def test_each_block_may_have_a_law_of_its_own(explorer):
     explorer.page.get_by_label("a law for each block").check()
     assert explorer.settle().state["model"]["friction"] == 2 * [{"law": "coulomb", "mu": 0.22}]

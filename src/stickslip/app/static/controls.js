@@ -90,7 +90,7 @@ export class Controls {
       return { ...one, min, max, ...(one.name in sliders ? stepOf(min, max) : {}) };
     };
     const row = (/** @type {Parameter} */ one) => this.#parameter(ranged(one));
-    const { name } = /** @type {HTMLInputElement} */ (document.activeElement ?? {});
+    const held = document.activeElement?.getAttribute("aria-label");
     const listed = isStructure(state.model) ? ofModel.filter((one) => one.name in sliders) : ofModel;
     const rest = ofModel.filter((one) => !listed.includes(one));
     const more = element("details", {}, element("summary", {}, "All other numbers"));
@@ -102,8 +102,9 @@ export class Controls {
         ...ofLaw.map(row),
       ]),
     );
-    const again = [...this.lawRows.querySelectorAll("input")].find((input) => input.name === name);
-    if (name) again?.focus();
+    const again = held && `[aria-label="${CSS.escape(held)}"]`;
+    for (const rows of [this.modelRows, this.lawRows])
+      if (again) /** @type {HTMLElement | null} */ (rows.querySelector(again))?.focus();
     const options = continuousParameters(limits, state.model).map((one) =>
       element("option", { value: one.name }, `${one.symbol}, ${one.meaning}`),
     );
