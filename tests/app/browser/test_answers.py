@@ -160,6 +160,21 @@ def test_an_answer_to_older_values_replaces_no_present_one(explorer):
     assert explorer.view("map", "view.values.arrays.x.length") > 600
 
 
+def test_which_map_an_older_model_has_is_not_taken_for_the_present_one(explorer):
+    explorer.show("preset=oscillator")
+    told = explorer.state["map"]
+    explorer.page.evaluate(
+        """() => {
+            const past = structuredClone(explorer.question("returns"));
+            past.request.model.V = 0.9;
+            const data = { kind: "line", why: "", coordinates: ["phase"], domain: [0, 1] };
+            data.part_name = "returns";
+            explorer.receive("returns", past, { data, arrays: {} });
+        }"""
+    )
+    assert explorer.state["map"] == told
+
+
 def test_what_is_stopped_says_so(lonely):
     lonely.wait_for_function(SHOWN)
     lonely.evaluate(

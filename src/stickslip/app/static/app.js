@@ -257,7 +257,7 @@ export class App {
   receive(slot, question, part) {
     const answer = this.known.receive(slot, question, part, this.question(slot));
     if (slot === "motion") this.#move();
-    if (slot === "returns") this.#mapTold(part);
+    if (slot === "returns" && same(question, this.question(slot))) this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     if (part.data.part_name === "progress") this.judge();
     else this.#tell(slot);
