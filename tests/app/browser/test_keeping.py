@@ -20,6 +20,17 @@ def test_the_address_holds_the_whole_state(explorer):
     assert explorer.picture("map")[0] == picture  # above it moves what the time shows
 
 
+def test_a_diagram_zoomed_upright_comes_back_with_the_button_that_shows_all(explorer):
+    explorer.page.evaluate("() => explorer.zoom('diagram', [0.0366, 0.0372, 0, 1])")
+    fit = explorer.panel("diagram").locator(".fit")
+    assert fit.is_visible()
+    explorer.page.wait_for_function("() => location.hash.includes('diagram=0:1')")
+    explorer.open(explorer.page.evaluate("() => location.hash.slice(1)"))
+    fit.click()
+    assert explorer.state["diagram"]["view"] is None
+    assert fit.is_hidden()
+
+
 @pytest.mark.parametrize("preset", ["oscillator", "chain"])
 def test_other_models_come_back_from_their_address(explorer, preset):
     explorer.show(f"preset={preset}")

@@ -183,9 +183,10 @@ export class App {
       const shown = view.isFor(this.state) && (!large.length || large.includes(view.id));
       view.panel.section.hidden = !shown;
       if (!shown) continue;
+      const { range, full, view: vertical } = this.state.diagram;
       const zoomed =
         view.id === "diagram"
-          ? this.state.diagram.range !== this.state.diagram.full
+          ? Boolean(vertical) || !same(range, full)
           : Boolean(this.state.windows[view.id]);
       if (view.panel.reset) view.panel.reset.hidden = !zoomed;
       view.show();
