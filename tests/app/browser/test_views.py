@@ -207,6 +207,15 @@ def test_a_click_on_the_diagram_goes_there(explorer):
     assert explorer.state["d"] == pytest.approx(-0.1, abs=0.01)
 
 
+def test_a_click_on_the_diagram_starts_in_the_domain(explorer):
+    explorer.page.evaluate("() => explorer.zoom('diagram', [0.0366, 0.0372, -3, 3])")
+    explorer.type_into("alpha", 1.25)  # the end of the domain, 2.3 / 3.5, is rounded upwards
+    explorer.click("diagram", 0.0369, 2.5)
+    assert explorer.state["d"] == MODEL.replace(alpha=1.25).domain[1]
+    explorer.settle("cobweb", "motion")
+    assert explorer.page.locator(".controls > .error").text_content() == ""
+
+
 def test_a_zoom_of_the_diagram_recomputes_it(explorer):
     explorer.drag("diagram", (0.03690, 0.5), (0.03705, 0.4))
     assert explorer.state["diagram"]["range"] == pytest.approx([0.0369, 0.03705], abs=3e-6)

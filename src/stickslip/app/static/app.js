@@ -105,9 +105,13 @@ export class App {
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
-    const domain = hasLineMap(this.state) ? this.domain() : undefined;
-    const inside = domain ? Math.min(domain[1], Math.max(domain[0], d)) : d;
-    this.store.update({ d: clean(inside) }, "d");
+    this.store.update({ d: this.#inside(d) }, "d");
+  }
+
+  /** The nearest point of the map's domain. @param {number} d */
+  #inside(d) {
+    const [low, high] = (hasLineMap(this.state) && this.domain()) || [-Infinity, Infinity];
+    return Math.min(high, Math.max(low, clean(d))); // in this order: an end rounded may lie outside
   }
 
   /**
@@ -118,7 +122,8 @@ export class App {
   goTo(value, d) {
     const { parameter } = this.state.diagram;
     const model = withValue(this.limits, this.state.model, parameter, clean(value));
-    this.store.update(d === undefined ? { model } : { model, d: clean(d) }, `value:${parameter}`);
+    const start = d === undefined ? {} : { d: this.#inside(d) };
+    this.store.update({ model, ...start }, `value:${parameter}`);
   }
 
   /** @param {string} name @param {any} value */
