@@ -89,6 +89,25 @@ def test_undo_and_redo(explorer):
     assert explorer.settle().state["model"]["friction"]["mu"] == 0.3
 
 
+def test_what_changes_nothing_is_no_step_to_undo(explorer):
+    explorer.type_into("mu", 0.3)
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("z")
+    past = "() => [explorer.store.past.length, explorer.store.future.length]"
+    before = explorer.page.evaluate(past)
+    for key in "02":
+        explorer.page.keyboard.press(key)
+    for box in ("null", "[-9, 9, -9, 9]"):
+        explorer.page.evaluate(f"() => explorer.zoom('map', {box})")
+    assert explorer.page.evaluate(past) == before
+    assert before[1] == 1
+    field = explorer.page.locator("input[name='max_period']")
+    for typed in (99, explorer.state["max_period"]):
+        field.fill(str(typed))
+        field.press("Enter")
+    assert explorer.page.locator(".controls > .error").is_hidden()
+
+
 def test_another_law_comes_with_its_parameters(explorer):
     laws = explorer.page.locator("select[aria-label='Friction law']")
     laws.select_option("popp-stelter")

@@ -147,6 +147,7 @@ export class App {
     const { diagram, windows } = this.state;
     if (panel !== "diagram") {
       const bounded = panel === "map" || panel === "power" ? this.#bounded(box) : box;
+      if (!bounded && !windows[panel]) return;
       this.store.update(
         { windows: { ...windows, [panel]: bounded && /** @type {Box} */ (bounded.map(clean)) } },
         `zoom:${panel}`,

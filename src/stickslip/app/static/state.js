@@ -37,10 +37,13 @@ export class Store {
   }
 
   /**
+   * Change something; what changes nothing is no step to undo.
    * @param {Partial<State>} changes
    * @param {string} tag  changes with one tag, close in time, are undone together
    */
   update(changes, tag) {
+    const next = { ...this.state, ...changes };
+    if (same(next, this.state)) return this.#become(this.state); // what was typed wrong is taken back
     const now = performance.now();
     if (tag !== this.lastTag || now - this.lastTime > MERGE_MS) {
       this.past = [...this.past.slice(1 - MEMORY), this.state];
@@ -48,7 +51,7 @@ export class Store {
     this.lastTag = tag;
     this.lastTime = now;
     this.future = [];
-    this.#become({ ...this.state, ...changes });
+    this.#become(next);
   }
 
   undo() {
