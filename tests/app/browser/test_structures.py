@@ -136,4 +136,9 @@ def test_a_plant_is_opened_from_a_file(explorer, tmp_path):
     assert explorer.state["model"] == expected
     (complaint,) = explorer.complaints  # the browser's own line about the answer
     assert "422" in complaint
+    explorer.page.route("**/open", lambda route: route.abort())
+    explorer.page.set_input_files("input[data-open]", str(path))
+    told = "own.toml: the server does not answer"
+    explorer.page.locator(".controls .error", has_text=told).wait_for()
+    explorer.page.unroute("**/open")
     explorer.complaints.clear()

@@ -297,8 +297,9 @@ export class Controls {
   /** Show the plant of a model file. @param {File | undefined} file */
   async #open(file) {
     if (!file) return;
-    const reply = await fetch(new URL("open", location.href), { method: "POST", body: file });
-    const { state, error } = await reply.json();
+    const { state, error } = await fetch(new URL("open", location.href), { method: "POST", body: file })
+      .then((reply) => reply.json())
+      .catch(() => ({ error: "the server does not answer" }));
     if (error) return this.mark(null, `${file.name}: ${error}`);
     this.app.store.update(completeState(this.app.limits, state), "preset");
   }
