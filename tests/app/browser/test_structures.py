@@ -142,3 +142,13 @@ def test_a_plant_is_opened_from_a_file(explorer, tmp_path):
     explorer.page.locator(".controls .error", has_text=told).wait_for()
     explorer.page.unroute("**/open")
     explorer.complaints.clear()
+
+
+def test_all_other_numbers_are_opened_by_the_keyboard(explorer):
+    explorer.show("preset=bowed-string")
+    more = explorer.page.locator("summary")
+    assert more.bounding_box()["height"] >= 24
+    more.focus()
+    explorer.page.keyboard.press("Space")
+    assert explorer.page.locator("details").get_attribute("open") is not None
+    assert explorer.page.evaluate("() => explorer.clock.playing") is False

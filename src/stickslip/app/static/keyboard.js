@@ -72,7 +72,7 @@ export function listen(table, player) {
     const writes = target.matches("input:not([type=range]), textarea, select");
     if (writes || event.altKey || event.defaultPrevented || document.querySelector("dialog[open]"))
       return;
-    if (target.matches("button") && (event.key === " " || event.key === "Enter")) return;
+    if (target.matches("button, summary") && (event.key === " " || event.key === "Enter")) return;
     const name = (event.ctrlKey || event.metaKey ? "ctrl+" : "") + event.key;
     const found = table.find(({ keys, when }) => keys.includes(name) && (when?.(target) ?? true));
     if (!found?.run) return;
