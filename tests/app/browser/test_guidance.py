@@ -307,6 +307,11 @@ def test_what_is_presented_is_chosen_and_kept_in_the_address(explorer):
     explorer.open(explorer.page.evaluate("() => location.hash.slice(1)"))
     assert explorer.panel("diagram").is_visible()
     assert explorer.panel("map").is_hidden()
+    first.focus()
+    explorer.page.keyboard.press("Escape")
+    assert explorer.state["large"] == []
+    explorer.page.keyboard.press("Control+z")
+    assert explorer.panel("map").is_hidden()
     explorer.click("diagram", 0.0369, -0.1)  # the pointer means what it is drawn on
     assert explorer.state["model"]["V"] == pytest.approx(0.0369, rel=1e-4)
     explorer.page.get_by_role("button", name="Present").click()

@@ -69,7 +69,8 @@ export function keyTable({ app, controls, player, walk, theme, help, legend, tab
 export function listen(table, player) {
   document.addEventListener("keydown", (event) => {
     const target = /** @type {HTMLElement} */ (event.target);
-    const writes = target.matches("input:not([type=range]), textarea, select");
+    const fields = "input:not([type=range]), textarea, select";
+    const writes = target.matches(fields) && event.key !== "Escape";
     if (writes || event.altKey || event.defaultPrevented || document.querySelector("dialog[open]"))
       return;
     if (target.matches("button, summary") && (event.key === " " || event.key === "Enter")) return;
