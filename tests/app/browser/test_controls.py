@@ -239,6 +239,20 @@ def test_stepping_and_playing_along_the_parameter(explorer):
     assert button.get_attribute("aria-pressed") == "false"
 
 
+def test_nothing_plays_along_what_has_no_diagram(explorer):
+    press = explorer.page.keyboard.press
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    press("p")
+    explorer.show("preset=chain")
+    state = explorer.state
+    button = explorer.page.locator("button[aria-label='Play along the parameter']")
+    assert button.get_attribute("aria-pressed") == "false"
+    for key in ("]", "}", "p", "3"):
+        press(key)
+    explorer.page.wait_for_timeout(200)
+    assert explorer.state == state
+
+
 def test_the_player_taken_up_again_goes_no_faster(explorer):
     steps = explorer.page.evaluate(
         """async () => {

@@ -431,7 +431,10 @@ export class Controls {
         iconButton("forward", "Step on", () => player.step(1)),
       ),
     );
-    this.fixed.push((state) => (group.hidden = !hasLineMap(state)));
+    this.fixed.push((state) => {
+      group.hidden = !hasLineMap(state);
+      if (group.hidden) player.stop();
+    });
     return group;
   }
 

@@ -7,6 +7,7 @@
  * @import {Tour} from "./tour.js"
  */
 import { element } from "./dom.js";
+import { hasLineMap } from "./model.js";
 import { PATIENT } from "./questions.js";
 
 /**
@@ -25,12 +26,14 @@ export function keyTable({ app, controls, player, walk, theme, help, legend, tab
       does: "play or stop the motion",
       run: () => controls.playMotion(!app.clock.playing),
     },
-    { keys: ["p"], shown: "P", does: "play along the parameter", run: () => player.toggle() },
-    { keys: ["["], shown: "[", does: "parameter: a step back", run: () => player.step(-1) },
-    { keys: ["]"], shown: "]", does: "parameter: a step on", run: () => player.step(1) },
-    { keys: ["{"], shown: "{", does: "parameter: ten steps back", run: () => player.step(-10) },
-    { keys: ["}"], shown: "}", does: "parameter: ten steps on", run: () => player.step(10) },
-    { keys: [..."12345678"], shown: "1 … 8", does: "power of the map", run: power },
+    ...[
+      { keys: ["p"], shown: "P", does: "play along the parameter", run: () => player.toggle() },
+      { keys: ["["], shown: "[", does: "parameter: a step back", run: () => player.step(-1) },
+      { keys: ["]"], shown: "]", does: "parameter: a step on", run: () => player.step(1) },
+      { keys: ["{"], shown: "{", does: "parameter: ten steps back", run: () => player.step(-10) },
+      { keys: ["}"], shown: "}", does: "parameter: ten steps on", run: () => player.step(10) },
+      { keys: [..."12345678"], shown: "1 … 8", does: "power of the map", run: power },
+    ].map((key) => ({ ...key, when: () => hasLineMap(app.state) })),
     { keys: ["ctrl+z", "z"], shown: "Z", does: "undo", run: () => app.store.undo() },
     { keys: ["ctrl+Z", "ctrl+y", "Z", "y"], shown: "Y", does: "redo", run: () => app.store.redo() },
     { keys: ["0"], shown: "0", does: "show everything: no zoom", run: () => showAll(app) },
