@@ -189,6 +189,31 @@ def test_what_is_stopped_says_so(lonely):
     assert badge.text_content() == "older values: stopped"
 
 
+def test_who_comes_back_asks_what_is_wanted_now(explorer):
+    """Not first what a slot asked before the connection was lost, nor what was given up."""
+    sent, told = explorer.page.evaluate(
+        """async () => {
+            const { Connection } = await import("/static/connection.js");
+            const sent = [], told = [];
+            const link = { open: (hears) => (link.hears = hears), send: (one) => sent.push(one) };
+            const connection = new Connection(link, () => {});
+            const ask = (slot, view) => connection.ask(slot, { view, request: {} },
+                ({ cancelled }) => told.push([view, cancelled]));
+            link.hears.onopen();
+            ask("map", "old");
+            ask("diagram", "stopped");
+            link.hears.onclose();
+            ask("map", "new");
+            connection.cancel("diagram");
+            sent.length = 0;
+            link.hears.onopen();
+            return [sent.map(({ slot, view }) => [slot, view]), told];
+        }"""
+    )
+    assert sent == [["map", "new"]]
+    assert told == [["stopped", True]]
+
+
 def test_what_the_next_model_has_not_is_called_off(explorer):
     explorer.page.evaluate(
         """() => {

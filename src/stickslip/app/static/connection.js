@@ -10,6 +10,8 @@ const RETRY_MS = [300, 1000, 3000];
 /** @type {Record<string, any>} */
 const KINDS = { f8: Float64Array, f4: Float32Array, u1: Uint8Array, i4: Int32Array };
 
+const ENDED = { part: 0, last: true, cancelled: true, progress: 0, data: {}, arrays: {} };
+
 /**
  * @typedef {object} Asked
  * @property {number} id
@@ -94,16 +96,20 @@ export class Connection {
     setTimeout(() => this.#makeWay(running), Math.max(0, PATIENCE_MS - age));
   }
 
-  /** Give up what a slot asks. @param {string} slot */
+  /** Give up what a slot asks; who is not connected has given it up at once. @param {string} slot */
   cancel(slot) {
     this.waiting.delete(slot);
-    if (this.running.has(slot)) this.#write({ cancel: slot });
+    const running = this.running.get(slot);
+    if (!running) return;
+    const { id, question } = running;
+    if (this.open) this.link.send({ cancel: slot });
+    else this.#receive({ ...ENDED, id, view: question.view });
   }
 
   /** Give up what a slot asks, and hear no more of it. @param {string} slot */
   forget(slot) {
-    this.cancel(slot);
-    this.running.delete(slot);
+    this.waiting.delete(slot);
+    if (this.running.delete(slot)) this.#write({ cancel: slot });
   }
 
   /** @param {Asked} running */
@@ -116,7 +122,10 @@ export class Connection {
     this.link.open({
       onopen: () => {
         this.open = true;
-        for (const asked of [...this.running.values()]) this.#send(asked);
+        for (const asked of [...this.running.values()]) {
+          this.#send(this.waiting.get(asked.slot) ?? asked); // the newer one: nothing runs by now
+          this.waiting.delete(asked.slot);
+        }
       },
       onpart: (part) => this.#receive(part),
       onclose: () => {
