@@ -258,6 +258,21 @@ def test_the_table_takes_no_place_where_it_is_not_shown(explorer):
     explorer.page.keyboard.press("o")
 
 
+def test_coordinates_and_parameters_have_one_name_in_all_texts(explorer):
+    explorer.show("preset=damper", "map", "basins")
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("o")
+    table = explorer.panel("table")
+    assert "φ = 3.14" in table.locator("tbody").text_content()
+    assert table.get_by_label("Go to S1 at φ = ").count() == 1
+    assert "along a:" in sentence(explorer, "table")
+    assert explorer.view("basins", "view.read(1)").startswith("φ = 1: no return")
+    assert explorer.view("diagram", "view.read(1.5, 2)") == "a = 1.5, φ = 2"
+    explorer.page.keyboard.press("o")
+    explorer.show("preset=hunting-axis", "map")
+    assert explorer.page.evaluate("() => explorer.written('A_3_1')") == "A3,1"
+
+
 def test_a_click_on_a_mark_snaps_to_it(explorer, collision):
     (four,) = ss.periodic_orbits(ss.examples.coulomb(), period=4)
     x, y = explorer.spot("map", four.points[0], four.points[1])

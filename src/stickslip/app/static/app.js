@@ -13,6 +13,7 @@ import { keep } from "./keep.js";
 import {
   blockCount,
   continuousParameters,
+  coordinateOf,
   hasLineMap,
   indexed,
   mapOf,
@@ -99,6 +100,12 @@ export class App {
   symbol(name) {
     const known = continuousParameters(this.limits, this.state.model);
     return indexed(known.find((one) => one.name === name)?.symbol ?? name);
+  }
+
+  /** A parameter, or `d`, as it is named in texts. @param {string} name */
+  written(name) {
+    if (name === "d") return coordinateOf(this.state).replace("_", "");
+    return this.symbol(name).replace(/_\{([\w,]+)\}/, "$1").replace("Vdr", "V");
   }
 
   // --- changes that several controls make ------------------------------------------------------

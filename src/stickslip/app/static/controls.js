@@ -10,7 +10,6 @@ import {
   FORMULA,
   blockCount,
   continuousParameters,
-  coordinateOf,
   defaultLaw,
   defaultModel,
   hasLaws,
@@ -470,7 +469,7 @@ export class Controls {
       meaning: "start: X₂ − X₁ while both stick",
     };
     const pointed = (/** @type {State} */ state) => {
-      stick.querySelector(".symbol").textContent = coordinateOf(state).replace("_", "");
+      stick.querySelector(".symbol").textContent = app.written("d");
       const of = sticksAsOne(state.model) ? "X₂ − X₁ while both stick" : "a point of the return map";
       stick.querySelector(".word").textContent = stick.title = `start: ${of}`;
     };

@@ -66,7 +66,7 @@ export class BasinsView extends View {
     const told = [...ends, ...rest.map(([label, what]) => ({ share: shares[Number(label)] ?? 0, what }))]
       .filter(({ share }) => share > 5e-4)
       .map(({ share, what }) => `${percent(share)} ${what}`);
-    const d = coordinateOf(this.app.state).replace("_", "");
+    const d = this.app.written("d");
     return `Of ${this.app.state.windows.map ? `the starts ${d} shown` : `all starts ${d}`} ${listed(told)}.`;
   }
 
@@ -155,8 +155,9 @@ export class BasinsView extends View {
     let at = label.length - 1;
     while (at > 0 && edges[at] > x) at--;
     const attractor = this.attractors[label[at]];
-    const who = attractor ? name(attractor) : label[at] === -2 ? "no further common stick" : "undecided";
-    return `d = ${short(x, 7)}: ${who}\nfrom ${short(edges[at], 8)} to ${short(edges[at + 1], 8)}`;
+    const nowhere = sticksAsOne(this.app.state.model) ? "no further common stick" : "no return";
+    const who = attractor ? name(attractor) : label[at] === -2 ? nowhere : "undecided";
+    return `${this.app.written("d")} = ${short(x, 7)}: ${who}\nfrom ${short(edges[at], 8)} to ${short(edges[at + 1], 8)}`;
   }
 }
 

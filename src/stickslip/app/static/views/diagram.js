@@ -13,9 +13,6 @@ import { short, spelled } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
 
-/** A symbol as text. @param {string} symbol */
-const plain = (symbol) => symbol.replace(/_\{?([\w,]+)\}?/, "$1").replace("Vdr", "V");
-
 const CLOSE = 16; // pixels between two of a kind that are named apart
 
 /** What an attractor meets or ends at comes first. @param {{short: string}} bifurcation */
@@ -65,8 +62,7 @@ export class DiagramView extends View {
   sentence() {
     const { app, bifurcations } = this;
     if (!this.parts.some((part) => part.data.bifurcations)) return "";
-    const name = plain(app.symbol(app.state.diagram.parameter));
-    const here = `At ${name} = ${short(app.parameter, 6)}, the line`;
+    const here = `At ${app.written(app.state.diagram.parameter)} = ${short(app.parameter, 6)}, the line`;
     if (!bifurcations.length) return `${here}: nothing changes in this range.`;
     const ahead = bifurcations.filter(({ value }) => value > app.parameter);
     const next = ahead[0] ?? bifurcations.at(-1);
@@ -217,7 +213,8 @@ export class DiagramView extends View {
   read(x, y) {
     const thing = this.thing(x, y);
     if (thing) return told(thing);
-    return `${this.app.state.diagram.parameter} = ${short(x, 7)}, ${coordinateOf(this.app.state).replace("_", "")} = ${short(y, 5)}`;
+    const { app } = this;
+    return `${app.written(app.state.diagram.parameter)} = ${short(x, 7)}, ${app.written("d")} = ${short(y, 5)}`;
   }
 
   resetZoom() {

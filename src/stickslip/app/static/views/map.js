@@ -77,7 +77,7 @@ export class MapView extends View {
     const { values } = this;
     if (!values) return "";
     const ofBlocks = sticksAsOne(this.app.state.model);
-    const name = coordinateOf(this.app.state).replace("_", "");
+    const name = this.app.written("d");
     if (!values.arrays.branch.some((/** @type {number} */ branch) => branch >= 0))
       return ofBlocks
         ? "No value: from no d shown do both blocks stick together again."
@@ -234,7 +234,7 @@ export class MapView extends View {
     const { x: xs, f, branch } = values.arrays;
     const k = nearest(xs, x);
     const itinerary = values.data.itineraries?.[branch[k]];
-    const name = coordinateOf(this.app.state).replace("_", "");
+    const name = this.app.written("d");
     const text = `${name} = ${short(xs[k], 7)} → ${short(f[k], 7)}${itinerary ? "\n" : ""}`;
     return itinerary ? [text, modeBar(itinerary)] : text;
   }

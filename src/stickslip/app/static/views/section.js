@@ -6,7 +6,7 @@
  */
 import { Labels, mark } from "../marks.js";
 import { coordinatesOf, sticksAsOne } from "../model.js";
-import { listed, short } from "../numbers.js";
+import { listed, short, spelled } from "../numbers.js";
 import { colors, nth } from "../theme.js";
 import { name, percent } from "./basins.js";
 import { View } from "./view.js";
@@ -115,13 +115,10 @@ export class SectionView extends View {
     const [i, j] = [nearest(x, px), nearest(y, py)];
     const label = index[i * y.length + j];
     const who = label >= 0 ? this.names()[label] : label === -1 ? "undecided" : this.nowhere;
-    const [first, second] = this.axes.map(lowered);
+    const [first, second] = this.axes.map(spelled);
     return `${first} = ${short(px, 5)}, ${second} = ${short(py, 5)}: ${who}`;
   }
 }
-
-/** An index as text has it. @param {string} name */
-const lowered = (name) => name.replace(/_(\d)/, (_, digit) => "₀₁₂₃₄₅₆₇₈₉"[digit]);
 
 /** Of equidistant numbers. @param {ArrayLike<number>} values @param {number} at */
 const nearest = (values, at) => {

@@ -57,7 +57,7 @@ export class TableView extends View {
   sentence() {
     const { things } = this;
     const count = (/** @type {string} */ sort) => things.filter((one) => one.sort === sort).length;
-    return `Orbits: ${count("orbit")}, breaks of the map: ${count("break")}, bifurcations along ${this.app.state.diagram.parameter}: ${count("bifurcation")}. Select one to go there; the arrows go just beside it.`;
+    return `Orbits: ${count("orbit")}, breaks of the map: ${count("break")}, bifurcations along ${this.app.written(this.app.state.diagram.parameter)}: ${count("bifurcation")}. Select one to go there; the arrows go just beside it.`;
   }
 
   /** @returns {Thing[]} */
@@ -103,7 +103,8 @@ export class TableView extends View {
 
   /** @param {Thing} thing */
   #row(thing) {
-    const { key, sort, name, what, along, at, factor, why, modes } = thing;
+    const { key, sort, name, what, at, factor, why, modes } = thing;
+    const along = this.app.written(thing.along);
     const place = `${name} at ${along} = ${short(at, 8)}`;
     const [before, there, after] = [-1, 0, 1].map((side) => {
       const label = `${["Just before", "Go to", "Just after"][side + 1]} ${place}`;
@@ -118,7 +119,7 @@ export class TableView extends View {
     const cells = [
       [there, before, after],
       [sort === "orbit" ? `orbit, ${what}` : what],
-      [`${this.app.symbol(along).replace(/_\{?[\w,]+\}?/, "")} = ${short(at, 10)}`],
+      [`${along} = ${short(at, 10)}`],
       [factor === null ? "" : short(factor, 6)],
       [...modes.map(modeBar), why],
     ];
