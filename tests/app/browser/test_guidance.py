@@ -33,6 +33,31 @@ def test_a_sentence_says_what_is_seen(explorer, collision):
     assert "behind, at" in sentence(explorer, "diagram")
 
 
+def test_a_map_without_orbits_says_so(explorer):
+    explorer.settle("power")
+    found = explorer.page.evaluate(
+        """() => {
+            const answer = explorer.answers.get("map");
+            const { parts } = answer;
+            const told = [];
+            const views = explorer.views.filter(({ id }) => id === "map" || id === "power");
+            const say = () => told.push(...views.map((view) => view.sentence()));
+            const without = ({ data, ...part }) => ({ ...part, data: { ...data, orbits: [] } });
+            answer.parts = parts.map((part) => (part.data.orbits ? without(part) : part));
+            say();
+            answer.parts = parts.filter(({ data }) => !data.orbits);
+            answer.before = [];
+            say();
+            answer.parts = parts;
+            return told;
+        }"""
+    )
+    assert ", at f(d): no orbit is known. Nearest" in found[0]
+    assert found[1] == "Repeating after 2 sticks: no orbit is known."
+    assert ", at f(d). Nearest" in found[2]
+    assert found[3] == "Repeating after 2 sticks."
+
+
 def test_no_two_orbits_have_one_name(explorer):
     orbits = explorer.view("map", "view.orbits.orbits")
     proper = {o["name"]: o["points"] for o in orbits if o["kind"] != "infinitely unstable"}

@@ -99,9 +99,10 @@ export class MapView extends View {
     const beyond = all.length - proper.length;
     const elsewhere = beyond ? `${counted ? "; " : "no orbit, "}${beyond} outside` : "";
     const here = windows[this.slot] && all.length ? "in this window " : "";
-    const known = counted || elsewhere ? `${here}${counted}${elsewhere}.` : "";
+    const none = this.orbits.old ? "." : ": no orbit is known.";
+    const known = counted || elsewhere ? `: ${here}${counted}${elsewhere}.` : none;
     const more = this.orbits.complete ? "" : " Others may lie between the samples.";
-    if (!this.main) return `Repeating after ${power} ${ofBlocks ? "sticks" : "returns"}: ${known}${more}`;
+    if (!this.main) return `Repeating after ${power} ${ofBlocks ? "sticks" : "returns"}${known}${more}`;
     const breaks = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const seen = breaks.filter(({ at }) => at >= shown[0] && at <= shown[1]);
     const [near] = (seen.length ? seen : breaks).sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
@@ -109,7 +110,7 @@ export class MapView extends View {
     const why = near?.why && `: ${near.why.split(AWAY)[0]}`;
     const nearest = near ? ` Nearest ${where}, at ${short(near.at, 4)}${why}.` : "";
     const each = ofBlocks ? "Each stick of both blocks" : `Each ${releaseOf(this.app.state)}`;
-    return `${each}, at ${name}, leads to the next, at f(${name}): ${known}${more}${nearest}`;
+    return `${each}, at ${name}, leads to the next, at f(${name})${known}${more}${nearest}`;
   }
 
   paint() {
