@@ -249,6 +249,12 @@ def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer, collision):
     table.get_by_label("Just before BC").click()
     assert explorer.state["model"]["V"] == pytest.approx(collision.value - 1.5e-6, rel=1e-9)
     explorer.settle()
+    names = explorer.view("table", "view.things.map(({ name }) => name)")
+    table.get_by_role("button", name="Name").first.click()
+    shown = table.locator("tbody button.name").all_text_contents()
+    numbers = [int(name[1:]) for name in shown if re.fullmatch(r"U\d+", name)]
+    assert numbers == sorted(numbers)
+    assert sorted(shown) == sorted(names)
     where = table.get_by_role("button", name="Where")
     where.click()
     assert table.locator("th").nth(2).get_attribute("aria-sort") == "ascending"

@@ -13,7 +13,7 @@ import { View } from "./view.js";
 
 /** @type {[string, (thing: Thing) => string | number][]} */
 const COLUMNS = [
-  ["Name", ({ name }) => name],
+  ["Name", ({ name }) => name.replace(/\d+/, (digits) => digits.padStart(6, "0"))], // U2 before U10
   ["What", ({ sort, what }) => `${sort} ${what}`],
   ["Where", ({ along, at }) => (along === "d" ? at : 1e6 + at)],
   ["Multiplier", ({ factor }) => factor ?? Infinity],
