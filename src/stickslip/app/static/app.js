@@ -4,7 +4,6 @@
  * @import {Box, Limits, Part, Question, State} from "./types.js"
  * @import {Shipped} from "./shipped.js"
  * @import {View} from "./views/view.js"
- * @import {Panel} from "./panel.js"
  */
 import { Answers } from "./answers.js";
 import { Clock } from "./clock.js";
@@ -371,11 +370,10 @@ export class App {
   /**
    * Save what a panel shows as a file, or copy the calls that make it.
    * @param {string} picture @param {string} slot @param {Record<string, any>} extra
-   * @param {string} format @param {Panel} panel
+   * @param {string} format
    */
-  async save(picture, slot, extra, format, panel) {
+  async save(picture, slot, extra, format) {
     const question = this.question(slot);
-    panel.section.setAttribute("data-saving", format);
     try {
       await keep(
         { view: picture, request: { ...question.request, ...extra }, format },
@@ -384,6 +382,5 @@ export class App {
     } catch (error) {
       this.announce(`Not saved: ${/** @type {Error} */ (error).message}`);
     }
-    panel.section.removeAttribute("data-saving");
   }
 }

@@ -94,7 +94,7 @@ export const kindEntry = (limits, kind) =>
   };
 
 /** What is known of a law, as of a kind. @param {Limits} limits @param {string} law */
-export const lawEntry = (limits, law) =>
+const lawEntry = (limits, law) =>
   limits.laws.find((entry) => entry.law === law) ?? {
     law,
     title: law,
@@ -241,7 +241,7 @@ const isSymmetric = (rows) =>
   );
 
 /** What a slider spans about a value of which nothing is known. @param {number} value */
-export function rangeAbout(value) {
+function rangeAbout(value) {
   const reach = 2 * Math.abs(value) || 1;
   const [min, max] = value > 0 ? [0, reach] : value < 0 ? [-reach, 0] : [-1, 1];
   return { min, max, step: 10 ** Math.floor(Math.log10(reach) - 3) };

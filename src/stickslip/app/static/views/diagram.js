@@ -216,8 +216,4 @@ export class DiagramView extends View {
     const { app } = this;
     return `${app.written(app.state.diagram.parameter)} = ${short(x, 7)}, ${app.written("d")} = ${short(y, 5)}`;
   }
-
-  resetZoom() {
-    this.app.zoom("diagram", null);
-  }
 }

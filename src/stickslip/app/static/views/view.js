@@ -25,7 +25,7 @@ export class View {
     this.panel = new Panel(
       { id, title, help, exports },
       {
-        onexport: (format) => app.save(picture, slots[0], extra, format, this.panel),
+        onexport: (format) => app.save(picture, slots[0], extra, format),
         oncancel: () => app.cancel(slots[0]),
         onreset: () => this.resetZoom(),
       },
