@@ -102,6 +102,23 @@ def test_what_is_counted_is_in_the_window(explorer):
     assert sentence == "Of the starts d shown 100 % end on S4."
 
 
+def test_two_attractors_of_one_period_have_the_names_of_the_map(explorer):
+    explorer.settle("basins")
+    names = explorer.view(
+        "basins",
+        """(() => {
+            const part = explorer.answers.get("basins").parts.find(({ data }) => data.attractors);
+            const { attractors } = part.data;
+            const one = (x) => ({ kind: "periodic", period: 1, points: [x] });
+            part.data.attractors = [one(0.3), { kind: "chaotic", bands: [] }, one(0.1)];
+            const names = view.names();
+            part.data.attractors = attractors;
+            return names;
+        })()""",
+    )
+    assert names == ["S1b", "chaos", "S1"]
+
+
 def test_starts_that_end_nowhere_have_a_name(explorer):
     explorer.page.evaluate(
         """() => {

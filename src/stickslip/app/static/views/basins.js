@@ -5,7 +5,7 @@
  * @import {Part} from "../types.js"
  * @import {Plot} from "../plot.js"
  */
-import { mark } from "../marks.js";
+import { mark, named } from "../marks.js";
 import { coordinateOf, sticksAsOne } from "../model.js";
 import { listed, short } from "../numbers.js";
 import { SANS, colors, nth } from "../theme.js";
@@ -45,6 +45,14 @@ export class BasinsView extends View {
     return this.answer("basins")?.parts.find((part) => part.data.attractors)?.data.attractors ?? [];
   }
 
+  /** Names of the attractors: of orbits those that the map gives them. */
+  names() {
+    const isOrbit = (/** @type {any} */ { kind }) => kind === "periodic";
+    const look = { kind: "stable", stable: true, multiplier: null };
+    const orbits = named(this.attractors.filter(isOrbit).map((one) => ({ ...one, ...look })));
+    return this.attractors.map((one) => (isOrbit(one) ? orbits.shift()?.name : undefined) ?? name(one));
+  }
+
   update() {
     const { edges } = this.part?.arrays ?? {};
     const whole = edges ? [edges[0], edges[edges.length - 1]] : [-1, 1];
@@ -61,7 +69,7 @@ export class BasinsView extends View {
       return sticksAsOne(this.app.state.model)
         ? "No attractor is known: from no start do the blocks go on sticking together."
         : "No attractor is known: from no start does the motion go on returning.";
-    const ends = this.attractors.map((one, k) => ({ share: shares[k], what: `end on ${name(one)}` }));
+    const ends = this.names().map((who, k) => ({ share: shares[k], what: `end on ${who}` }));
     const rest = sticksAsOne(this.app.state.model) ? REST : [[-2, "never return"], REST[1]];
     const told = [...ends, ...rest.map(([label, what]) => ({ share: shares[Number(label)] ?? 0, what }))]
       .filter(({ share }) => share > 5e-4)
@@ -90,12 +98,13 @@ export class BasinsView extends View {
     label.forEach((/** @type {number} */ k, /** @type {number} */ at) =>
       this.#band(edges[at], edges[at + 1], k),
     );
+    const names = this.names();
     this.attractors.forEach((attractor, k) => {
       const points = attractor.points ?? [];
       for (const x of points) mark(plot, "disc", x, 0.22, { size: 3.5 });
       for (const [low, high] of attractor.bands ?? [])
         plot.segment(low, 0.22, high, 0.22, { width: 5 });
-      this.#name(name(attractor), k);
+      this.#name(names[k], k);
     });
   }
 
@@ -154,9 +163,8 @@ export class BasinsView extends View {
     const { edges, label } = part.arrays;
     let at = label.length - 1;
     while (at > 0 && edges[at] > x) at--;
-    const attractor = this.attractors[label[at]];
     const nowhere = sticksAsOne(this.app.state.model) ? "no further common stick" : "no return";
-    const who = attractor ? name(attractor) : label[at] === -2 ? nowhere : "undecided";
+    const who = this.names()[label[at]] ?? (label[at] === -2 ? nowhere : "undecided");
     return `${this.app.written("d")} = ${short(x, 7)}: ${who}\nfrom ${short(edges[at], 8)} to ${short(edges[at + 1], 8)}`;
   }
 }
