@@ -119,6 +119,15 @@ def test_two_attractors_of_one_period_have_the_names_of_the_map(explorer):
     assert names == ["S1b", "chaos", "S1"]
 
 
+def test_a_zoom_of_the_basins_is_that_of_the_map(explorer):
+    explorer.drag("basins", (0.2, 0.5), (0.35, 0.5))
+    assert explorer.state["windows"]["map"][:2] == pytest.approx([0.2, 0.35], abs=0.005)
+    fit = explorer.panel("basins").locator(".fit")
+    fit.click()
+    assert explorer.state["windows"]["map"] is None
+    assert fit.is_hidden()
+
+
 def test_starts_that_end_nowhere_have_a_name(explorer):
     explorer.page.evaluate(
         """() => {

@@ -199,7 +199,7 @@ export class App {
       const zoomed =
         view.id === "diagram"
           ? Boolean(vertical) || !same(range, full)
-          : Boolean(this.state.windows[view.id]);
+          : Boolean(this.state.windows[view.zoomed]);
       if (view.panel.reset) view.panel.reset.hidden = !zoomed;
       view.show();
     }

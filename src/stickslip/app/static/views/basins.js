@@ -22,6 +22,7 @@ export class BasinsView extends View {
   constructor(app, above) {
     const help = "Which attractor a motion from each d ends on. Click to start one.";
     super(app, { id: "basins", title: "Basins", help, slots: ["basins"], export: "basins" });
+    this.zoomed = "map";
     const plot = this.addPlot({ name: help, xlabel: "d", ylabel: "", bare: true, left: 58, above });
     this.plot = plot;
     plot.paint = () => this.paint();
@@ -32,7 +33,7 @@ export class BasinsView extends View {
       const kept = app.state.windows.map;
       app.zoom("map", [box[0], box[1], kept?.[2] ?? box[0], kept?.[3] ?? box[1]]);
     };
-    plot.onreset = () => app.zoom("map", null);
+    plot.onreset = () => this.resetZoom();
   }
 
   /** @returns {Part | undefined} */

@@ -20,6 +20,7 @@ export class View {
     this.app = app;
     this.id = id;
     this.slots = slots;
+    this.zoomed = id; // the panel whose zoom it shows
     /** @type {Plot[]} */ this.plots = [];
     const exports = (!app.alone && app.limits.exports[picture]) || [];
     this.panel = new Panel(
@@ -49,7 +50,7 @@ export class View {
   }
 
   resetZoom() {
-    this.app.zoom(this.id, null);
+    this.app.zoom(this.zoomed, null);
   }
 
   /** @param {string} slot @returns {Answer | undefined} */
