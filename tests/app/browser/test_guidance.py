@@ -300,6 +300,7 @@ def test_coordinates_and_parameters_have_one_name_in_all_texts(explorer):
     assert explorer.view("basins", "view.read(1)").startswith("φ = 1: no return")
     assert explorer.view("diagram", "view.read(1.5, 2)") == "a = 1.5, φ = 2"
     explorer.page.keyboard.press("o")
+    assert explorer.plot("map").get_attribute("aria-label").startswith("From one return of")
     explorer.show("preset=hunting-axis", "map")
     assert explorer.page.evaluate("() => explorer.written('A_3_1')") == "A3,1"
 

@@ -13,13 +13,16 @@ import { listed, nearest, short } from "../numbers.js";
 import { View } from "./view.js";
 
 const LEFT = 58;
+const GESTURES = "Click to start a motion, drag to zoom.";
+const HELP = `From one global stick phase to the next: d = X₂ − X₁. ${GESTURES}`;
+const HELP_OF_RETURNS = `From one return of the motion to the next. ${GESTURES}`;
 
 export class MapView extends View {
   /** @param {App} app @param {"map" | "power"} slot */
   constructor(app, slot) {
     const main = slot === "map";
     const help = main
-      ? "From one global stick phase to the next: d = X₂ − X₁. Click to start a motion, drag to zoom."
+      ? HELP
       : "The event map applied several times: its fixed points are orbits of the map.";
     super(app, {
       id: slot,
@@ -63,8 +66,11 @@ export class MapView extends View {
     const after = (/** @type {string} */ step) => name.replace(/_?(\d*)$/, (_, k) => `_{${k && `${k},`}${step}}`);
     const ofBlocks = sticksAsOne(state.model);
     Object.assign(this.plot.options, { xlabel: after("n"), ylabel: after("n+1") });
-    if (this.main) this.panel.name(ofBlocks ? "Event map" : "Return map");
-    else {
+    if (this.main) {
+      this.panel.name(ofBlocks ? "Event map" : "Return map");
+      this.panel.title.title = ofBlocks ? HELP : HELP_OF_RETURNS;
+      this.plot.over.setAttribute("aria-label", this.panel.title.title);
+    } else {
       this.panel.name("Map f", state.power);
       this.plot.options.ylabel = after(`n+${state.power}`);
     }
