@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip import status
 from stickslip.analysis.maps.protocol import Mechanism
+from stickslip.numerics.zeros import halved
 
 if TYPE_CHECKING:
     from typing import Protocol
@@ -72,9 +74,7 @@ def _break_between(f: Traced, left: float, right: float) -> tuple[float, float] 
     first = _events(f, left)
     if _events(f, right) == first:
         return None
-    while left < (middle := (left + right) / 2) < right:
-        left, right = (middle, right) if _events(f, middle) == first else (left, middle)
-    return left, right
+    return halved(lambda d: _events(f, d) == first, left, right, sys.float_info.mant_dig)
 
 
 def _events(f: Traced, d: float) -> tuple[list[int], list[tuple[int, str]]]:

@@ -185,10 +185,10 @@ def _places(
     share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
     x = np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
     # Bands whose gaps one orbit visits merge there all at once, however long it is.
-    longest = max(*periods, min(edge.n_gaps, LONGEST))
-    images = fast.iterate(x, longest)
+    tried = sorted({*periods, *range(1, min(edge.n_gaps, LONGEST) + 1)})
+    images = fast.iterate(x, tried[-1])
     places: list[_Place] = []
-    for period in range(1, longest + 1):
+    for period in tried:
         off = images[:, period] - x
         with np.errstate(invalid="ignore"):
             crossed = np.flatnonzero(off[1:] * off[:-1] <= 0)
@@ -196,7 +196,7 @@ def _places(
         for k in crossed:
             bracket = (float(x[k]), float(x[k + 1]))
             distance = min(abs(end - edge.x) for end in bracket) / edge.width
-            if period in periods or (edge.n_gaps and bracket not in known):
+            if period in periods or bracket not in known:
                 places.append(_Place(edge, bracket, period, distance))
     return sorted(places, key=lambda place: place.distance)[: 2 * NEIGHBOURS]
 
