@@ -396,7 +396,7 @@ class BifurcationList(ResultList[Bifurcation]):
         The orbits between the bifurcations.
     cascades : tuple of Cascade
     unresolved : tuple of UnresolvedChange
-        Changes that no located bifurcation explains.
+        Changes that no located bifurcation explains; docs/theory/completeness.md lists the kinds.
     outside : tuple of UnresolvedChange
         Where cycles above `max_period`, chaos or undecided motions attract: what becomes of such
         cycles there was not asked for.
