@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from functools import reduce
 from typing import Any, Final
 
 from flint import arb, arb_series, ctx
 
 from stickslip.proofs.verify.branch import check_branch, in_tube
-from stickslip.proofs.verify.cover import check_basins, check_curves
+from stickslip.proofs.verify.cover import check_basins, check_curves, check_no_other
 from stickslip.proofs.verify.expansion import check_expansion
 from stickslip.proofs.verify.falling import FallingMotion
 from stickslip.proofs.verify.formulas import FormulaMotion
@@ -35,7 +35,7 @@ from stickslip.proofs.verify.words import (
     Varied,
     ball,
     check_apart,
-    halved,
+    followed,
     read,
     rounded,
 )
@@ -69,11 +69,9 @@ def _orbit(motion: Motion, c: Orbit, digits: int) -> None:
     """Check an orbit: where it is, how far it is alone, and what it does to what is near."""
     points = [ball(text) for text in c.points]
     tight, _ = _branch(motion, c.itinerary, points[0].mid(), arb(10) ** (-digits - 20))
-    x, slope = tight, arb(1)
-    for k, text in enumerate(c.points):
+    found, _, slope = followed(motion, tight, c.itinerary)
+    for k, (text, x) in enumerate(zip(c.points, found, strict=True)):
         _matches(f"points[{k}]", text, x, digits)
-        _, x, rate = motion.step(x)
-        slope *= rate
     _matches("multiplier", c.multiplier, slope, digits)
     _distinct(points)
     if not (abs(slope) < 1 if c.stable else abs(slope) > 1):
@@ -81,7 +79,7 @@ def _orbit(motion: Motion, c: Orbit, digits: int) -> None:
     alone = ball(c.alone)
     if not tight.rad() < alone / 2:
         raise Refused(f"alone = {c.alone} is less than the orbit is known to")
-    _, slope = _power(motion, tight.mid() + arb(0, (2 * alone).upper()), c.itinerary)
+    *_, slope = followed(motion, tight.mid() + arb(0, (2 * alone).upper()), c.itinerary)
     if (slope - 1).contains(0):
         raise Refused(f"the orbit is not shown to be alone within {c.alone}")
     if c.stable and not abs(slope) < 1:
@@ -91,17 +89,6 @@ def _orbit(motion: Motion, c: Orbit, digits: int) -> None:
 def _distinct(points: list[arb]) -> None:
     """Refuse points of which two may be one: of an orbit, or of a list of orbits."""
     check_apart(points, "two points coincide: a period is not minimal, or an orbit is listed twice")
-
-
-def _power(motion: Motion, x: arb, words: list[str]) -> tuple[arb, arb]:
-    """F^p of a ball and its derivative, along an itinerary."""
-    slope = arb(1)
-    for word in words:
-        found, x, rate = motion.step(x)
-        slope *= rate
-        if found != word:
-            raise Refused(f"the itinerary is stated as {word!r} and is {found!r}")
-    return x, slope
 
 
 def _bisected(
@@ -164,7 +151,7 @@ class _Side:
         self.motion = motion
         self.ends = _bisected(motion, low, high, words, digits)
         self.edge = self.ends[words.index(c.itinerary[0])]
-        self.miss = _power(motion, self.edge, c.itinerary)[0] - self.edge
+        self.miss = followed(motion, self.edge, c.itinerary)[1] - self.edge
 
 
 def _border(values: dict[str, str], c: Border, digits: int) -> tuple[arb, list[arb]]:
@@ -185,12 +172,10 @@ def _border(values: dict[str, str], c: Border, digits: int) -> tuple[arb, list[a
         sides = [_Side(_at(values, c, p), c, digits) for p in (low, high)]
     there, without = sides if c.exists == "below" else sides[::-1]
     x, _ = _branch(there.motion, c.itinerary, there.edge, arb(10) ** (-digits - 20))
-    points = []
-    for k, text in enumerate(c.points):
-        points.append(x)
+    points, *_ = followed(there.motion, x, c.itinerary)
+    for k, (text, x) in enumerate(zip(c.points, points, strict=True)):
         if not ball(text).contains(x):
             raise Refused(f"points[{k}] is stated as {text}, and is {x.str(digits)}")
-        _, x, _ = there.motion.step(x)
     _distinct(points)
     for side in sides:
         _discontinuous(side.motion, *side.ends)
@@ -215,13 +200,13 @@ def _lost(side: _Side, c: Border, digits: int) -> None:
         raise Refused(f"the itinerary is not {word!r} on all of one side of the jump")
     value = reduce(arb.union, (x for _, x, _ in found))
     slope = reduce(arb.union, (rate for _, _, rate in found))
-    _, rate = _power(motion, value, c.itinerary[1:])
+    *_, rate = followed(motion, value, c.itinerary[1:])
     edge = low if left else high
-    miss = _power(motion, edge, c.itinerary)[0] - edge
+    miss = followed(motion, edge, c.itinerary)[1] - edge
     if not miss * (slope * rate - 1) * (-1 if left else 1) > 0:
         raise Refused(f"the orbit is not shown to be lost: {edge.str(digits)} comes near itself")
     for told, value, _ in motion.outcomes(gap):
-        if told == word and _power(motion, value, c.itinerary[1:])[0].overlaps(gap):
+        if told == word and followed(motion, value, c.itinerary[1:])[1].overlaps(gap):
             raise Refused(f"the orbit is not shown to be lost: one may pass d = {gap.str(digits)}")
 
 
@@ -384,11 +369,11 @@ def _extremum(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[ar
 def _branch(motion: Motion, words: list[str], x: arb, radius: arb) -> tuple[arb, arb]:
     """Enclose the first point of an orbit near x, and its multiplier, by Newton's method."""
     for _ in range(3):  # without proof; what follows proves where they led
-        end, slope = _power(motion, x, words)
+        _, end, slope = followed(motion, x, words)
         x = (x - (end - x) / (slope - 1)).mid()
     near = x + arb(0, radius.upper())
-    end, _ = _power(motion, x, words)
-    _, slope = _power(motion, near, words)
+    _, end, _ = followed(motion, x, words)
+    *_, slope = followed(motion, near, words)
     new = x - (end - x) / (slope - 1)
     if not near.contains_interior(new):
         raise Refused(f"no such orbit is shown near d = {x.str(12, radius=False)}")
@@ -419,66 +404,8 @@ def _list(motion: Motion, c: List, digits: int) -> None:
     ctx.prec = WIDE_BITS
     stated = [ball(low).union(ball(high)) for low, high in c.undecided]
     for period in range(1, c.max_period + 1):
-        domain = motion.boxes(32)
         roots = [x for p, x in known if period % p == 0]
-        for box in _open(motion, domain, period, roots, arb(NARROWEST), stated):
-            raise Refused(
-                f"an orbit of period {period} may have been missed near d = {box.str(12)}: "
-                "this program cannot tell, and disproves nothing"
-            )
-
-
-def _open(
-    motion: Motion,
-    waiting: list[arb],
-    period: int,
-    roots: list[arb],
-    narrowest: arb,
-    stated: Sequence[arb],
-) -> Iterator[arb]:
-    """Yield narrow intervals that may hold an orbit of the period, `roots` aside."""
-    # And aside from what lies in an interval that is stated to be undecided.
-    while waiting:
-        box = waiting.pop()
-        if any(s.contains(box) for s in stated) or _settled(motion, box, period, roots):
-            continue
-        if box.rad() < narrowest:
-            yield box
-            continue
-        waiting += halved(box)
-
-
-def _settled(motion: Motion, box: arb, period: int, roots: list[arb]) -> bool:
-    """Whether an interval holds no orbit of the period, or one that is known and alone."""
-    try:
-        value, slope = box, arb(1)
-        for _ in range(period):
-            _, value, rate = motion.step(value)
-            slope *= rate
-    except Refused:
-        return bool(box.rad() < motion.coarse) and _impossible(motion, box, period)
-    if not value.overlaps(box):
-        return True
-    if (slope - 1).contains(0):
-        return False
-    end = box.mid()
-    for _ in range(period):
-        end = motion.step(end)[1]
-    new = box.mid() - (end - box.mid()) / (slope - 1)
-    return not new.overlaps(box) or any(box.contains(root) for root in roots)
-
-
-def _impossible(motion: Motion, box: arb, period: int) -> bool:
-    """Whether no itinerary that is possible leads back into the interval."""
-    balls = [box]
-    try:
-        for _ in range(period):
-            balls = [value for x in balls for _, value, _ in motion.outcomes(x)]
-            if len(balls) > 64:
-                return False
-    except Refused:
-        return False
-    return not any(value.overlaps(box) for value in balls)
+        check_no_other(motion, motion.boxes(32), period, roots, NARROWEST, stated=stated)
 
 
 def check(document: Any) -> Certificate | CertificateOfFormulas:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import bisect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 from flint import arb, arb_series
 
@@ -19,6 +19,7 @@ from stickslip.proofs.verify.words import (
     Refused,
     check_apart,
     enclosed,
+    followed,
     fraction,
     halved,
     middle_of,
@@ -28,11 +29,13 @@ FINEST: Final = 13  # halvings of the parameter's interval
 NARROW: Final = 1e-7  # interval of d at which the part is halved instead
 CUTS: Final = 24  # halvings of a cell, or of an interval that is attracted
 WEIGHT: Final = 8  # of the parameter's interval beside one of d: the wider one is halved
-COARSE: Final = 1e-2  # wider intervals are halved before possibilities are listed
+MOST_IMAGES: Final = 64  # of an interval: more are of no use
 
 
 class System:
     """The motions of a system whose parameter lies between two values; or has one."""
+
+    coarse = 1e-2  # wider intervals are halved before possibilities are listed
 
     def __init__(
         self, values: dict[str, str], names: Sequence[str], span: tuple[Fraction, Fraction] | None
@@ -74,18 +77,19 @@ class System:
         centre = centre + push[1] * self.reach
         return word, value.intersection(centre + slope * (d - d.mid())), slope
 
-    def outcomes(self, d: arb) -> list[tuple[arb, arb]]:
-        """Enclose all next values that are possible, and slopes."""
-        try:
-            return [self.step(d)[1:]]
-        except Refused:
-            if d.rad() > COARSE:
-                raise
-            return [(value, slope) for _, value, slope in self.all.outcomes(d)]
+    def outcomes(self, d: arb) -> Iterator[tuple[str, arb, arb]]:
+        """Yield itinerary, next d and its derivative: all that is possible from a ball."""
+        return self.all.outcomes(d)
 
-    def images(self, d: arb) -> list[arb]:
-        """Enclose all next values that are possible."""
-        return [value for value, _ in self.outcomes(d)]
+
+def possible(system: Any, d: arb) -> list[tuple[arb, arb]]:
+    """Enclose all next values that are possible, and slopes."""
+    try:
+        return [system.step(d)[1:]]
+    except Refused:
+        if d.rad() > system.coarse:
+            raise
+        return [(value, slope) for _, value, slope in system.outcomes(d)]
 
 
 def check_curves(values: dict[str, str], names: tuple[str, ...], c: Curves) -> None:
@@ -109,44 +113,67 @@ def _complete(system: System, c: Curves) -> None:
     assert system.span
     orbits = []
     for branch in c.branches:
-        x, points = tube_around(branch, *system.span), []
-        for word in branch.itinerary:
-            points.append(x)
-            told, x, _ = system.step(x)
-            if told != word:
-                raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
+        points, *_ = followed(system, tube_around(branch, *system.span), branch.itinerary)
         orbits.append((branch.period, points))
     check_apart([x for _, points in orbits for x in points], "two orbits are not told apart")
-    end = system.all.end
+    where = f", {c.parameter} = {float(system.span[0]):.12g}"
     for period in range(1, c.max_period + 1):
         roots = [x for p, points in orbits if period % p == 0 for x in points]
-        waiting = [end * arb(k, 2) / 64 for k in range(-62, 64, 4)]
-        while waiting:
-            box = waiting.pop()
-            if _no_other(system, box, period, roots):
-                continue
-            if box.rad() < NARROW:
-                raise Refused(
-                    f"an orbit of period {period} may have been missed near d = {box.str(12)}, "
-                    f"{c.parameter} = {float(system.span[0]):.12g}: this program cannot tell, and "
-                    "disproves nothing"
-                )
-            waiting += halved(box)
+        check_no_other(system, system.all.boxes(32), period, roots, NARROW, where)
 
 
-def _no_other(system: System, box: arb, period: int, roots: list[arb]) -> bool:
+def check_no_other(
+    system: Any,
+    waiting: list[arb],
+    period: int,
+    roots: Sequence[arb],
+    narrowest: float,
+    where: str = "",
+    stated: Sequence[arb] = (),
+) -> None:
+    """Refuse unless intervals hold no orbit of a period but those through balls, the `roots`.
+
+    And but those in intervals that are stated to be undecided.
+    """
+    while waiting:
+        box = waiting.pop()
+        if any(s.contains(box) for s in stated) or _no_other(system, box, period, roots):
+            continue
+        if box.rad() < narrowest:
+            raise Refused(
+                f"an orbit of period {period} may have been missed near d = {box.str(12)}{where}: "
+                "this program cannot tell, and disproves nothing"
+            )
+        waiting += halved(box)
+
+
+def _no_other(system: Any, box: arb, period: int, roots: Sequence[arb]) -> bool:
     """Whether an interval holds no orbit of a period besides those through some balls."""
+    any_word = [None] * period
+    near = next((root for root in roots if root.overlaps(box)), None)
     try:
-        near = [root for root in roots if root.overlaps(box)]
-        if near:  # the two together hold one, where f^p(d) - d is monotone
-            value, slope = box.union(near[0]), arb(1)
-            for _ in range(period):
-                _, value, rate = system.step(value)
-                slope *= rate
-            return not (slope - 1).contains(0)
-        balls = [box]
+        _, value, slope = followed(system, box if near is None else box.union(near), any_word)
+        if near is None and not value.overlaps(box):
+            return True
+        if (slope - 1).contains(0):
+            return False
+        if near is not None:  # the two together hold one: f^p(d) - d is monotone
+            return True
+        middle = box.mid()
+        _, end, _ = followed(system, middle, any_word)
+        return not (middle - (end - middle) / (slope - 1)).overlaps(box)
+    except Refused:
+        return near is None and bool(box.rad() < system.coarse) and _leaves(system, box, period)
+
+
+def _leaves(system: Any, box: arb, period: int) -> bool:
+    """Whether no itinerary that is possible leads back into an interval."""
+    balls = [box]
+    try:
         for _ in range(period):
-            balls = [value for x in balls for value in system.images(x)]
+            balls = [value for x in balls for _, value, _ in system.outcomes(x)]
+            if len(balls) > MOST_IMAGES:
+                return False
     except Refused:
         return False
     return not any(value.overlaps(box) for value in balls)
@@ -169,7 +196,7 @@ def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> N
         ends = fraction(low), fraction(high)
 
         def goes(system: System, box: arb, union: Union = covered[k]) -> None:
-            if not all(union.holds(value) for value in system.images(box)):
+            if not all(union.holds(value) for value, _ in possible(system, box)):
                 raise Refused(
                     f"d = {box.str(12)} is not shown to be mapped into what is proven before it"
                 )
@@ -191,16 +218,10 @@ def _attracted(
     passed: list[arb] = []
 
     def contracts(system: System, x: arb) -> None:
-        slope, points = arb(1), []
-        for word in c.itinerary:
-            points.append(x)
-            told, x, rate = system.step(x)
-            slope *= rate
-            if told != word:
-                raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
+        points, end, slope = followed(system, x, c.itinerary)
         if not abs(slope) < 1:
             raise Refused(f"the interval is not contracted: the derivative is {slope.str(5)}")
-        if not inside.holds(x):
+        if not inside.holds(end):
             raise Refused("the interval is not mapped into itself")
         passed[:] = [a.union(b) for a, b in zip(passed, points, strict=True)] if passed else points
 

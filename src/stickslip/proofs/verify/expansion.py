@@ -7,7 +7,7 @@ from functools import partial
 
 from flint import arb
 
-from stickslip.proofs.verify.cover import System, Union, everywhere
+from stickslip.proofs.verify.cover import System, Union, everywhere, possible
 from stickslip.proofs.verify.words import (
     Expansion,
     Refused,
@@ -43,7 +43,7 @@ def check_expansion(values: dict[str, str], c: Expansion) -> None:
         return min(weights[first : bisect.bisect_right(lows, middle_of(value.upper()))])
 
     def grows(system: System, x: arb, weight: int) -> None:
-        for value, slope in system.outcomes(x):
+        for value, slope in possible(system, x):
             if not abs(slope) * least(value) >= growth * weight:
                 raise Refused(f"the map is not shown to stay and to expand at d = {x.str(12)}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
@@ -123,27 +124,13 @@ def _number(text: str) -> Fraction:
 def _computed(nodes: list[_Node], values: Mapping[str, Any]) -> Any:
     """Compute a formula in balls, or in power series where x is one."""
     known: list[Any] = []
-    for node in nodes:
-        parts = [known[part] for part in node.parts]
-        match node.operation:
-            case "number":
-                known.append(enclosed(node.value))
-            case "name":
-                known.append(values[node.value])
-            case "negative":
-                known.append(-parts[0])
-            case "+":
-                known.append(parts[0] + parts[1])
-            case "-":
-                known.append(parts[0] - parts[1])
-            case "*":
-                known.append(parts[0] * parts[1])
-            case "/":
-                known.append(_quotient(*parts))
-            case "**":
-                known.append(_power(*parts))
-            case name:
-                known.append(FUNCTIONS[name](parts[0]))
+    for operation, parts, value in nodes:
+        if operation == "number":
+            known.append(enclosed(value))
+        elif operation == "name":
+            known.append(values[value])
+        else:
+            known.append(OPERATIONS[operation](*(known[part] for part in parts)))
     return known[-1]
 
 
@@ -208,6 +195,15 @@ FUNCTIONS: Final[dict[str, Callable[[Any], Any]]] = {
     "arctan": lambda x: x.atan(),
     "asinh": lambda x: (x + (x * x + 1).sqrt()).log(),
     "arcsinh": lambda x: (x + (x * x + 1).sqrt()).log(),
+}
+OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
+    "negative": operator.neg,
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": _quotient,
+    "**": _power,
+    **FUNCTIONS,
 }
 
 

@@ -6,6 +6,7 @@ What only the certifier knows, the `mechanism` of a jump, is no part of the stat
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from fractions import Fraction
 from math import floor, log10
 from typing import Annotated, Any, ClassVar, Final, Literal, TypeAlias
@@ -530,6 +531,18 @@ def check_apart(balls: list[arb], otherwise: str) -> None:
     ordered = sorted(balls, key=arb.mid)  # if two overlap, so do two neighbours
     if any(a.overlaps(b) for a, b in itertools.pairwise(ordered)):
         raise Refused(otherwise)
+
+
+def followed(system: Any, x: arb, words: Sequence[str | None]) -> tuple[list[arb], arb, arb]:
+    """Follow a ball along an itinerary, None for any: its points, its end, the derivative there."""
+    points, slope = [], arb(1)
+    for word in words:
+        points.append(x)
+        told, x, rate = system.step(x)
+        slope *= rate
+        if word not in (told, None):
+            raise Refused(f"the itinerary is stated as {word!r} and is {told!r}")
+    return points, x, slope
 
 
 def ball(text: str) -> arb:
