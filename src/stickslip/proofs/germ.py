@@ -11,10 +11,10 @@ from typing import Any
 
 from flint import arb
 
-from stickslip.proofs.jet import Jet, centre, sin_cos, spread, tight
+from stickslip.proofs.jet import Arithmetic, Jet, centre, sin_cos, spread, tight
 
 
-class Germ:
+class Germ(Arithmetic):
     """c_0 + c_1 x + ... + c_n x^n + O(x^{n+1}), x the distance from d."""
 
     __slots__ = ("coefficients",)
@@ -49,19 +49,9 @@ class Germ:
             return Germ([a + b for a, b in pairs])
         return Germ([self.coefficients[0] + other, *self.coefficients[1:]])
 
-    __radd__ = __add__
-
     def __neg__(self) -> Germ:
         """Negate."""
         return Germ([-c for c in self.coefficients])
-
-    def __sub__(self, other: Any) -> Germ:
-        """Subtract."""
-        return self + (-other)
-
-    def __rsub__(self, other: Any) -> Germ:
-        """Subtract from a number."""
-        return -self + other
 
     def __mul__(self, other: Any) -> Germ:
         """Multiply."""
@@ -70,17 +60,11 @@ class Germ:
         u, v = self.coefficients, other.coefficients
         return Germ([_dot(u[: k + 1], v[k::-1]) for k in range(len(u))])
 
-    __rmul__ = __mul__
-
     def __truediv__(self, other: Any) -> Germ:
         """Divide."""
         if isinstance(other, Germ):
             return self * other.reciprocal()
         return Germ([c / other for c in self.coefficients])
-
-    def __rtruediv__(self, other: Any) -> Germ:
-        """Divide a number."""
-        return self.reciprocal() * other
 
     def reciprocal(self) -> Germ:
         """1 / u."""

@@ -16,7 +16,37 @@ from flint import arb, ctx
 HALF: Final = arb(1) / 2
 
 
-class Jet:
+class Arithmetic:
+    """What sums, changes of sign, products and the reciprocal make of a number."""
+
+    __slots__ = ()
+    __add__: Any
+    __neg__: Any
+    __mul__: Any
+    reciprocal: Any
+
+    def __radd__(self, other: Any) -> Any:
+        """Add to a number."""
+        return self + other
+
+    def __sub__(self, other: Any) -> Any:
+        """Subtract."""
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Any:
+        """Subtract from a number."""
+        return -self + other
+
+    def __rmul__(self, other: Any) -> Any:
+        """Multiply a number."""
+        return self * other
+
+    def __rtruediv__(self, other: Any) -> Any:
+        """Divide a number."""
+        return self.reciprocal() * other
+
+
+class Jet(Arithmetic):
     """A function on a box: enclosures of its value at the centre, its range and its gradient."""
 
     # `box` holds the variables less their centres: balls around 0.
@@ -44,19 +74,9 @@ class Jet:
             return Jet(self.centre + other.centre, self.range + other.range, slopes, self.box)
         return Jet(self.centre + other, self.range + other, self.gradient, self.box)
 
-    __radd__ = __add__
-
     def __neg__(self) -> Jet:
         """Negate."""
         return Jet(-self.centre, -self.range, tuple(-a for a in self.gradient), self.box)
-
-    def __sub__(self, other: Number | int) -> Jet:
-        """Subtract."""
-        return self + (-other)
-
-    def __rsub__(self, other: arb | int) -> Jet:
-        """Subtract from a number."""
-        return -self + other
 
     def __mul__(self, other: Number | int) -> Jet:
         """Multiply; the product rule."""
@@ -73,17 +93,11 @@ class Jet:
             self.box,
         )
 
-    __rmul__ = __mul__
-
     def __truediv__(self, other: Number | int) -> Jet:
         """Divide."""
         if isinstance(other, Jet):
             return self * other.reciprocal()
         return self * (1 / arb(other))
-
-    def __rtruediv__(self, other: arb | int) -> Jet:
-        """Divide a number."""
-        return self.reciprocal() * other
 
     def reciprocal(self) -> Jet:
         """1 / u; not finite where the range contains 0."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 from flint import arb, arb_poly, arb_series, ctx
 
 from stickslip.proofs.germ import Germ, combine, dot, like
-from stickslip.proofs.jet import Jet, Number, centre, spread, tight
+from stickslip.proofs.jet import Arithmetic, Jet, Number, centre, spread, tight
 from stickslip.proofs.wave import Undecided
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Unbounded(Exception):
     """The radius is too large for a bound."""
 
 
-class Expansion:
+class Expansion(Arithmetic):
     """A function of t / radius on the unit disc: its terms up to `degree`, enclosed."""
 
     # `tail` bounds the sum of absolute values of all other coefficients.
@@ -58,19 +58,9 @@ class Expansion:
             return Expansion(self.head + other.head, tail, self.degree)
         return Expansion(self.head + other, self.tail, self.degree)
 
-    __radd__ = __add__
-
     def __neg__(self) -> Expansion:
         """Negate."""
         return Expansion(-self.head, self.tail, self.degree)
-
-    def __sub__(self, other: Any) -> Expansion:
-        """Subtract."""
-        return self + (-other)
-
-    def __rsub__(self, other: Any) -> Expansion:
-        """Subtract from a number."""
-        return -self + other
 
     def __mul__(self, other: Any) -> Expansion:
         """Multiply."""
@@ -84,10 +74,8 @@ class Expansion:
             tail += other.tail * _size(self.head.coeffs())
         return self._cut(self.head * other.head, tail)
 
-    __rmul__ = __mul__
-
-    def __rtruediv__(self, other: Any) -> Expansion:
-        """Divide a number: 1 / a = q + q r / (1 - r), r = 1 - a q, where |r| < 1."""
+    def reciprocal(self) -> Expansion:
+        """1 / a = q + q r / (1 - r), r = 1 - a q, where |r| < 1."""
         if self.head[0].contains(0):
             raise Unbounded
         cap, ctx.cap = ctx.cap, self.degree + 1
@@ -99,7 +87,7 @@ class Expansion:
         rest = _size((self.head * inverse).coeffs()[self.degree + 1 :]) + self.tail * size
         if not rest < 1:
             raise Unbounded
-        return Expansion(inverse, (size * rest / (1 - rest)).upper(), self.degree) * other
+        return Expansion(inverse, (size * rest / (1 - rest)).upper(), self.degree)
 
     def integral(self, radius: arb) -> Expansion:
         """From 0, in time: t = radius times the variable."""
