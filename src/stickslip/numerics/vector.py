@@ -42,6 +42,14 @@ Floats = Any  # an array of either kind
 # --- values that are written --------------------------------------------------------------------
 
 
+def _operator(name: str, turned: bool = False) -> Any:
+    return lambda self, other: self._binary(name, other, turned)
+
+
+def _comparison(sign: str) -> Any:
+    return lambda self, other: self.made(self.builder.fcmp_ordered(sign, *_alike(self, other)))
+
+
 class _Value:
     """A double, or eight lanes of doubles, integers or truth values."""
 
@@ -61,45 +69,23 @@ class _Value:
         emit = getattr(self.builder, INSTRUCTIONS[element][name])
         return self.made(emit(*operands, **flags))
 
-    def _binary(self, name: str, other: Any, turned: bool = False) -> _Value:
+    def _binary(self, name: str, other: Any, turned: bool) -> _Value:
         one, two = _alike(self, other)
         return self._instruction(name, *((two, one) if turned else (one, two)))
 
-    def __add__(self, other: Any) -> _Value:
-        return self._binary("add", other)
-
-    def __sub__(self, other: Any) -> _Value:
-        return self._binary("sub", other)
-
-    def __mul__(self, other: Any) -> _Value:
-        return self._binary("mul", other)
-
-    def __truediv__(self, other: Any) -> _Value:
-        return self._binary("truediv", other)
+    __add__, __sub__ = _operator("add"), _operator("sub")
+    __mul__, __truediv__ = _operator("mul"), _operator("truediv")
+    __rsub__, __rtruediv__ = _operator("sub", turned=True), _operator("truediv", turned=True)
+    __and__, __or__ = _operator("and_"), _operator("or_")
+    __lshift__, __rshift__ = _operator("lshift"), _operator("rshift")
+    __lt__, __le__, __eq__ = _comparison("<"), _comparison("<="), _comparison("==")
+    __gt__, __ge__ = _comparison(">"), _comparison(">=")
 
     def __radd__(self, other: Any) -> _Value:
         return self if other == 0 else self._binary("add", other, turned=True)  # a sum begins
 
-    def __rsub__(self, other: Any) -> _Value:
-        return self._binary("sub", other, turned=True)
-
     def __rmul__(self, other: Any) -> Any:
         return other if other == 0 else self._binary("mul", other, turned=True)
-
-    def __rtruediv__(self, other: Any) -> _Value:
-        return self._binary("truediv", other, turned=True)
-
-    def __and__(self, other: Any) -> _Value:
-        return self._binary("and_", other)
-
-    def __or__(self, other: Any) -> _Value:
-        return self._binary("or_", other)
-
-    def __lshift__(self, other: Any) -> _Value:
-        return self._binary("lshift", other)
-
-    def __rshift__(self, other: Any) -> _Value:
-        return self._binary("rshift", other)
 
     def __neg__(self) -> _Value:
         return self._instruction("neg", self.value)
@@ -112,24 +98,6 @@ class _Value:
         name = f"llvm.fabs.{f'v{LANES}' if kind == LANES_KIND else ''}f64"
         absolute = cgutils.get_or_insert_function(module, ir.FunctionType(kind, [kind]), name)
         return self.made(self.builder.call(absolute, [self.value]))
-
-    def _compared(self, sign: str, other: Any) -> _Value:
-        return self.made(self.builder.fcmp_ordered(sign, *_alike(self, other)))
-
-    def __lt__(self, other: Any) -> _Value:
-        return self._compared("<", other)
-
-    def __le__(self, other: Any) -> _Value:
-        return self._compared("<=", other)
-
-    def __gt__(self, other: Any) -> _Value:
-        return self._compared(">", other)
-
-    def __ge__(self, other: Any) -> _Value:
-        return self._compared(">=", other)
-
-    def __eq__(self, other: object) -> _Value:  # type: ignore[override]
-        return self._compared("==", other)
 
     def __bool__(self) -> bool:
         raise TypeError("no branch of straight-line code: select")
