@@ -97,9 +97,13 @@ def test_after_an_error_the_next_call_is_told_of(caplog):
     long_call(lambda: bool(caplog.messages))
 
 
-def test_a_sweep_is_a_share_too():
+def test_a_sweep_tells_points_their_rate_and_the_time_left(caplog):
     with waiting("sweep") as tell:
-        tell(Progress(done=3, total=4, resumed=0, seconds=1.0))
+        tell(Progress(done=30, total=40, resumed=10, seconds=10.0))
+        end = time.monotonic() + AT_MOST
+        while "grid" not in caplog.text and time.monotonic() < end:
+            time.sleep(0.01)
+    assert "s, 30 of 40 grid points, 2/s, 0:00:05 left" in caplog.text
 
 
 def test_a_notebook_shows_one_line_and_takes_it_away(monkeypatch):

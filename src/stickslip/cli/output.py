@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -28,9 +27,6 @@ from stickslip.numerics.waiting import waiting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from stickslip.sweeps.sweep import Progress
-
 
 SCHEMA = 1
 TABLE_ROWS = 40
@@ -142,35 +138,6 @@ def tracked(items: Sequence[Item], what: str) -> Iterator[Item]:
             yield item
             if tell is not None:
                 tell(done / len(items))
-
-
-@contextmanager
-def points(what: str, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """Give a function that shows points done, their rate and the time left; None if in no bar."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-    from rich.progress import Progress as Bar
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-    )
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=None, rate="")
-
-        def show(progress: Progress) -> None:
-            rate = ""
-            if progress.rate > 0:
-                left = timedelta(seconds=round(progress.remaining))
-                rate = f"{progress.rate:.3g}/s, {left} left"
-            bar.update(task, completed=progress.done, total=progress.total, rate=rate)
-
-        yield show
 
 
 def note(text: str, *, quiet: bool) -> None:

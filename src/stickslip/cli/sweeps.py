@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole, pairs
-from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, points
+from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files
 from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
 from stickslip.files import checked_suffix
 
@@ -69,7 +69,7 @@ def sweep(
         if not resume and known is not None:
             done = f"{known['done']} of {known['chunks']} chunks done"
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
-        known = _run_plan(read, where, threads, scheduler, device, quiet=output.quiet)
+        known = _run_plan(read, where, threads, scheduler, device)
     facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
     text = where
     if status and known is None:
@@ -103,18 +103,14 @@ def _run_plan(
     threads: int | None,
     scheduler: str | None,
     device: str,
-    *,
-    quiet: bool,
 ) -> dict[str, Any]:
     """Run the sweep, and give each way of ending badly its exit code."""
     from stickslip.errors import StoreBusy, StoreRefused, TilesFailed, WorkersLost
 
     advise(f"what was finished is kept in {where}; --resume goes on with it")
-    with _client(scheduler) as client, points("grid points", quiet=quiet) as show:
+    with _client(scheduler) as client:
         try:
-            return _facts(
-                plan.run(store=where, threads=threads, client=client, device=device, progress=show)
-            )
+            return _facts(plan.run(store=where, threads=threads, client=client, device=device))
         except (StoreRefused, StoreBusy) as error:
             raise RefusalError(str(error)) from error
         except (TilesFailed, WorkersLost) as error:

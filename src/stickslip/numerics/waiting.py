@@ -96,13 +96,14 @@ class _Wait:
     """A call that may last."""
 
     def __init__(self, what: str) -> None:
-        self._what, self._share, self._compiled = what, 0.0, WATCH.compiled
+        self._what, self._compiled = what, WATCH.compiled
+        self._share: SupportsFloat = 0.0
         self.begun, self.shown = time.monotonic(), False
         self._over, self._gone = threading.Event(), threading.Event()
 
     def tell(self, share: SupportsFloat) -> None:
-        """Take the share that is done."""
-        self._share = float(share)
+        """Take the share that is done: a number, or what says more in words."""
+        self._share = share
 
     def start(self) -> None:
         """Let the call be looked at."""
@@ -132,10 +133,13 @@ class _Wait:
             self._gone.set()
 
     def __str__(self) -> str:
-        share = f", {self._share:.0%} done" if self._share else ""
+        said = self._share if isinstance(self._share, int | float) else None
+        share = str(self._share) if said is None else f"{said:.0%} done" if said else ""
         compiled = WATCH.compiled - self._compiled
         kernels = f", kernels compiled: {compiled}" if compiled else ""
-        return f"{self._what}: {time.monotonic() - self.begun:.0f} s{share}{kernels}"
+        return (
+            f"{self._what}: {time.monotonic() - self.begun:.0f} s{share and f', {share}'}{kernels}"
+        )
 
     def _on_terminal(self) -> None:
         from rich.console import Console
@@ -146,7 +150,7 @@ class _Wait:
         with Progress(*columns, console=console, transient=True, redirect_stdout=False) as bar:
             task = bar.add_task("", total=None)
             while True:
-                share = self._share
+                share = float(self._share)
                 bar.update(
                     task, description=str(self), total=1.0 if share else None, completed=share
                 )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from datetime import timedelta
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -69,6 +70,13 @@ class Progress:
 
     def __float__(self) -> float:
         return self.done / self.total
+
+    def __str__(self) -> str:
+        """Points done, their rate and the time left."""
+        told = f"{self.done} of {self.total} grid points"
+        if not self.rate > 0:
+            return told
+        return f"{told}, {self.rate:.3g}/s, {timedelta(seconds=round(self.remaining))} left"
 
     @property
     def rate(self) -> float:
