@@ -70,6 +70,22 @@ def test_coordinates_have_the_maps_own_names(result, k, label):
     assert coordinate_label(result, k) == label
 
 
+@pytest.mark.parametrize("of_model", [False, True])
+def test_pictures_of_a_line_have_its_coordinate(of_model):
+    """A map of one's own has an x, an event map a d."""
+    tent = ss.PiecewiseMap(["1.9*x", "1.9*(1 - x)"], (0, 1), breakpoints=[0.5])
+    f = ss.event_map(ss.examples.coulomb()) if of_model else tent
+    found, name = ss.attractors(f), "d" if of_model else "x"
+    density = ss.invariant_density(tent, ss.attractors(tent)[0])
+    strips = [found, found[0], ss.basins(f), *([] if of_model else [density])]
+    orbits, branches = ss.periodic_orbits(f), ss.branches(f)
+    for result in strips:
+        assert result.plot(new_figure().add_subplot()).get_xlabel() == f"${name}$"
+    for result in (orbits.plot(), orbits[0].plot(), branches.plot(), branches[0].plot()):
+        assert result.get_xlabel() == f"${name}_{{n}}$"
+        assert result.get_ylabel() == f"${name}_{{n+1}}$"
+
+
 def test_a_plane_of_basins_tells_shares():
     basins = ss.basins(plane_maps.henon(), grid=[(-2, 2, 40), (-2, 2, 40)])
     ax = basins.plot(new_figure().add_subplot())

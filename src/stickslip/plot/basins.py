@@ -32,7 +32,7 @@ def draw_basins(basins: Any, ax: Axes | None = None, *, attractors: bool = True)
         for k, attractor in enumerate(basins.attractors):
             _draw_attractor(ax, attractor, k, height=1.12)
     ax.set_xlim(basins.edges[0], basins.edges[-1])
-    return _as_strip(ax, top=1.25 if attractors else 1.0)
+    return _as_strip(ax, 1.25 if attractors else 1.0, basins.attractors)
 
 
 def draw_bands(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
@@ -40,7 +40,7 @@ def draw_bands(attractors: Sequence[Any], ax: Axes | None = None) -> Axes:
     ax = axes_or_new(ax)
     for k, attractor in enumerate(attractors):
         _draw_attractor(ax, attractor, k, height=k + 0.5)
-    return _as_strip(ax, top=max(len(attractors), 1))
+    return _as_strip(ax, max(len(attractors), 1), attractors)
 
 
 def draw_attractor(attractor: Any, ax: Axes | None = None) -> Axes:
@@ -152,7 +152,7 @@ def draw_density(density: Any, ax: Axes | None = None) -> Axes:
         ax.stairs(density.density[cells], edges, color=PALETTE["blue"], lw=0.8)
     ax.set_xlim(density.left[0], density.right[-1])
     ax.set_ylim(0.0, 1.1 * float(np.quantile(density.density, 0.995)))
-    ax.set_xlabel("$d$")
+    ax.set_xlabel(coordinate_label(density))
     ax.set_ylabel("probability density")
     return ax
 
@@ -192,8 +192,8 @@ def _name(basins: Any, k: int) -> str:
     return f"{name} (and {share:.3f} ± {error:.1g}, sampled)" if share else name
 
 
-def _as_strip(ax: Axes, top: float) -> Axes:
+def _as_strip(ax: Axes, top: float, attractors: Sequence[Any]) -> Axes:
     ax.set_ylim(0.0, top)
     ax.set_yticks([])
-    ax.set_xlabel("$d$")
+    ax.set_xlabel(coordinate_label(next(iter(attractors), None)))
     return ax

@@ -168,14 +168,29 @@ def coordinate_label(result: Any, k: int | None = None) -> str:
         return str(names[k or 0])
     unknown = ("V",) if k is None else ()  # a list, a loaded result
     known = (getattr(result, "parameter", ""), *getattr(holder, "parameters", unknown))
-    base = "d" if "V" in known else "x"
+    base = "d" if hasattr(holder, "model") or "V" in known else "x"
     return f"${base}$" if k is None else f"${base}_{k + 1}$"
 
 
 def _holder(result: Any) -> Any:
     """Return what knows the parameters of a result: its system, its attractors' one, or itself."""
     inner = getattr(result, "attractors", None)
-    return getattr(result, "system", None) or getattr(inner, "system", None) or result
+    known = getattr(result, "system", None) or getattr(inner, "system", None) or result
+    return getattr(known, "base", known)  # of a power of a map
+
+
+def symbol_of(result: Any) -> str:
+    """Symbol of the coordinate of a map of the line, as `coordinate_label` without dollars."""
+    name = coordinate_label(result).strip("$")
+    return r"\varphi" if name == "phase" else name
+
+
+def name_steps(ax: Axes, symbol: str, power: int = 1) -> None:
+    """Name the axes of a map's graph: the coordinate, and that so many steps later."""
+    base, index = f"{symbol}_".split("_")[:2]
+    index = index and f"{index},"
+    ax.set_xlabel(rf"${base}_{{{index}n}}$")
+    ax.set_ylabel(rf"${base}_{{{index}n+{power}}}$")
 
 
 def mark(ax: Axes, kind: str, x: Floats, y: Floats, **style: Any) -> None:

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from stickslip.plot.bifurcations import parameter_label
+from stickslip.plot.bifurcations import name_steps, parameter_label, symbol_of
 from stickslip.plot.style import axes_or_new
 
 MANY: Final = 60  # rows that are a line; fewer are points
@@ -33,7 +33,7 @@ def draw_branch(branch: Any, ax: Axes | None = None, **style: Any) -> Axes:
     """Draw a branch of a map as the chord between its ends; as `draw_columns`."""
     ax = axes_or_new(ax)
     ax.plot((branch.left, branch.right), (branch.value_left, branch.value_right), **style)
-    ax.set(xlabel="$d_n$", ylabel="$d_{n+1}$")
+    name_steps(ax, symbol_of(branch))
     return ax
 
 

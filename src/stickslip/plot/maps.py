@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.numerics.arrays import Floats
+from stickslip.plot.bifurcations import name_steps, symbol_of
 from stickslip.plot.style import PALETTE, axes_or_new
 
 _ROUNDS = 40  # bisections; enough for 1e-9 of the window, and a bound in every case
@@ -78,10 +79,6 @@ def _broken(x: Floats, y: Floats, label: NDArray[np.uint64]) -> Curve:
     )
 
 
-SYMBOLS = {"phase": r"\varphi"}
-"""Of coordinates of return maps whose name is none."""
-
-
 def event_map(
     f: Any,
     ax: Axes | None = None,
@@ -112,9 +109,8 @@ def event_map(
     """
     ax = axes_or_new(ax)
     window = f.domain if window is None else window
-    (symbol,) = getattr(f, "coordinates", ("d",))
     curve = trace(f, window, points=points)
-    return draw_curve(curve, ax, window=window, power=power, symbol=SYMBOLS.get(symbol, symbol))
+    return draw_curve(curve, ax, window=window, power=power, symbol=symbol_of(f))
 
 
 def draw_curve(
@@ -138,10 +134,7 @@ def draw_curve(
     ax.set_aspect("equal")
     for axis in (ax.xaxis, ax.yaxis):  # the same numbers on both
         axis.set_major_locator(MaxNLocator(nbins=ticks, steps=[1, 2, 5, 10]))
-    base, index = f"{symbol}_".split("_")[:2]
-    index = index and f"{index},"
-    ax.set_xlabel(rf"${base}_{{{index}n}}$")
-    ax.set_ylabel(rf"${base}_{{{index}n+{power}}}$")
+    name_steps(ax, symbol, power)
     return ax
 
 

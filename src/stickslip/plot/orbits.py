@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from stickslip.plot.bifurcations import coordinate_label
+from stickslip.plot.bifurcations import coordinate_label, name_steps, symbol_of
 from stickslip.plot.maps import mark_orbit
 from stickslip.plot.style import PALETTE, axes_or_new
 
@@ -34,8 +34,7 @@ def draw_orbits(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> 
         mark_orbit(ax, orbit.points, stable=bool(orbit.stable), **{**looks, **style})
     if bare:
         ax.axline((0.0, 0.0), slope=1.0, color=PALETTE["grey"], lw=0.5, zorder=1)
-        ax.set_xlabel("$d_n$")
-        ax.set_ylabel("$d_{n+1}$")
+        name_steps(ax, symbol_of(orbits[0] if orbits else None))
         points = [np.asarray(orbit.points) for orbit in orbits]
         if points:
             ends = np.concatenate(points)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.attractors.lyapunov import LyapunovExponent
-    from stickslip.analysis.maps.protocol import Floats, MapND
+    from stickslip.analysis.maps.protocol import Floats, Map1D, MapND
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
 
@@ -68,6 +68,8 @@ class Attractor(AnyAttractor):
         For chaos, where each edge comes from: the break, turning point or end of the domain,
         the side from which the map is taken there (-1 left, 1 right), and how many maps later
         its image is the edge; 0 maps if that is not known.
+    system : map or None
+        What it attracts in.
     """
 
     kind: AttractorKind
@@ -80,6 +82,7 @@ class Attractor(AnyAttractor):
     edges: tuple[str, ...] = ()
     reason: str = ""
     sources: tuple[tuple[float, int, int], ...] = ()
+    system: Map1D | None = field(default=None, repr=False, compare=False)
     _column_names: ClassVar = (
         *("kind", "period", "lyapunov", "lyapunov_error", "basin_share"),
         *("bands", "point", "reason"),

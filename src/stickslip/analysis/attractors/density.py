@@ -5,7 +5,7 @@ Ulam 1960; convergence: Li, J. Approx. Theory 17, 177, 1976.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
@@ -54,6 +54,8 @@ class InvariantDensity(Result):
     error : float
         Estimated error of the density in the L1 norm: its distance from that on cells twice as
         wide. The error of the exponent is estimated in the same way.
+    system : map or None
+        Whose density it is.
     """
 
     left: Floats
@@ -61,6 +63,7 @@ class InvariantDensity(Result):
     density: Floats
     lyapunov: LyapunovExponent
     error: float
+    system: Map1D | None = field(default=None, repr=False, compare=False)
     _column_names: ClassVar = ("left", "right", "density", "mass")
     _plot: ClassVar = "basins.draw_density"
 
@@ -150,6 +153,7 @@ def invariant_density(
         density=mass / (right - left),
         lyapunov=LyapunovExponent(exponent, abs(exponent - coarse[3]), len(left)),
         error=change,
+        system=f,
     )
 
 

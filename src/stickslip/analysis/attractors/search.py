@@ -348,7 +348,7 @@ class AttractorSearch:
         fates = self.fate[:n_spread]
         shares = [float(np.mean(fates == k)) for k in range(len(self.known))]
         found = [
-            replace(item.attractor, basin_share=share)
+            replace(item.attractor, basin_share=share, system=self.f)
             for item, share in zip(self.known, shares, strict=True)
         ]
         return AttractorList(

@@ -81,6 +81,8 @@ class Branch(Result):
     value_left, value_right : float
         One-sided limits of the map there.
     label : int
+    system : map or None
+        Whose branch it is.
     """
 
     left: float
@@ -88,6 +90,7 @@ class Branch(Result):
     value_left: float
     value_right: float
     label: int = field(repr=False)
+    system: Map1D | None = field(default=None, repr=False, compare=False)
     _column_names: ClassVar = ("left", "right", "value_left", "value_right", "label")
     _plot: ClassVar = "columns.draw_branch"
     _has_picture: ClassVar = False
@@ -236,7 +239,7 @@ def _make_table(f: Map1D, resolution: float, crowd: int, events: float) -> Branc
     return BranchTable(
         f=f,
         resolution=mesh.resolution,
-        branches=_branches(segments),
+        branches=_branches(f, segments),
         breakpoints=tuple(breaks),
         gaps=_gaps(segments, unresolved),
         turning_points=np.concatenate([s.x[s.turns] for s in stretches] or [np.empty(0)]),
@@ -301,7 +304,7 @@ def _breakpoint(
     )
 
 
-def _branches(segments: Segments) -> tuple[Branch, ...]:
+def _branches(f: Map1D, segments: Segments) -> tuple[Branch, ...]:
     first, last = segments.first, segments.last
     return tuple(
         Branch(
@@ -310,6 +313,7 @@ def _branches(segments: Segments) -> tuple[Branch, ...]:
             float(segments.at_first.value[i]),
             float(segments.at_last.value[i]),
             int(first.label[i]),
+            f,
         )
         for i in np.flatnonzero(first.ok)
     )
