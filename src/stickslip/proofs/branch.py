@@ -17,7 +17,7 @@ from stickslip.proofs.jet import Jet, box_of, variables
 from stickslip.proofs.jump import proven_border
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import closing
-from stickslip.proofs.power import Setting, step
+from stickslip.proofs.power import Setting, along, step
 from stickslip.proofs.system import decimal, fraction, middle_of, number
 from stickslip.proofs.wave import Undecided
 
@@ -58,7 +58,7 @@ class Tube:
         self._span, self._steps, self._slim = ends[1] - ends[0], 0, SLIM[0]
         self.lost: list[dict[str, Any]] = []
         d = self._point(start, near, self._span * Fraction(SHORTEST))
-        self.words, slope = self._itinerary(start, d)
+        _, self.words, slope = along(setting, d, period, number(start))
         self.stable = bool(abs(slope) < 1)
         first = (start, self._place(d, self._span / FIRST))
         sides = [self._walk(first, end) for end in ends]
@@ -164,16 +164,6 @@ class Tube:
                 break
             last = abs(move)
         raise Undecided(f"no orbit is found near d = {float(near):.6g} at {float(p):.6g}")
-
-    def _itinerary(self, p: Fraction, x: arb) -> tuple[list[str], arb]:
-        """Itinerary and multiplier of the orbit through a point."""
-        words, slope = [], arb(1)
-        for _ in range(self.period):
-            (piece,) = self._step(p, x)
-            words.append(piece.itinerary)
-            slope *= piece.value.gradient[0]
-            x = piece.value.range
-        return words, slope
 
     def _place(self, d: arb, length: Fraction) -> Fraction:
         """Round a point to what the distance between two nodes asks for."""

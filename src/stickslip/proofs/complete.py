@@ -15,10 +15,10 @@ from flint import arb
 
 from stickslip.analysis.attractors.bands import merged
 from stickslip.proofs.branch import Tube, in_tube
-from stickslip.proofs.jet import Jet, box_of, outward
+from stickslip.proofs.jet import Jet, outward
 from stickslip.proofs.newton import NoZero
 from stickslip.proofs.orbit import proven_orbit
-from stickslip.proofs.power import Region, follow, step
+from stickslip.proofs.power import Region, along, follow, step
 from stickslip.proofs.verify.words import ball
 from stickslip.proofs.wave import Undecided
 
@@ -159,12 +159,7 @@ class Survey:
             point, _, entries = proven_orbit(fixed, near, period, self._digits)
             if any(point.overlaps(x) for x in self._points(here, period)):
                 return
-            x, points = point, []
-            for _ in range(period):
-                points.append(x)
-                (piece,) = step(fixed, box_of(x)[0])
-                x = piece.value.range
-            lowest = min(points, key=float)
+            lowest = min(along(fixed, point, period)[0], key=float)
             if lowest is not point:
                 entries = proven_orbit(fixed, lowest, period, self._digits)[2]
         except (Undecided, NoZero):

@@ -172,6 +172,21 @@ def follow(
     return points, words, x
 
 
+def along(
+    setting: MapSetting, x: arb, period: int, *parameters: arb
+) -> tuple[list[arb], list[str], arb]:
+    """Follow a ball step by step, each from a box of its own: points, itinerary, multiplier."""
+    points, words, slope = [], [], arb(1)
+    for _ in range(period):
+        points.append(x)
+        d, *others = box_of(x, *parameters)
+        (piece,) = step(setting, d, others)
+        words.append(piece.itinerary)
+        slope *= piece.value.gradient[0]
+        x = piece.value.range
+    return points, words, slope
+
+
 def _composed(piece: Piece, d: Jet | Germ, middle: arb, parameters: Sequence[Jet]) -> Piece:
     """Write a piece in the coordinates of the outer box."""
     start = principal(d)

@@ -244,17 +244,12 @@ def _document(path: Path) -> dict[str, Any]:
     version = document.get("version")
     if type(version) is not int or version < 1 or "result" not in document:
         raise ValueError(f"{path} is damaged: it says no version, or has no result.")
-    if version > VERSION:
+    if version != VERSION:
+        again = "Compute the result again and save it, or load the file with that stickslip."
         raise ValueError(
             f"{path} was written by stickslip {document.get('program')!s:.40} in version "
             f"{version!s:.40} of the format; this is stickslip {__version__}, which reads "
-            f"version {VERSION}. Update stickslip."
-        )
-    if version < VERSION:
-        raise ValueError(
-            f"{path} was written by stickslip {document.get('program')!s:.40} in version {version} "
-            f"of the format; this is stickslip {__version__}, which reads version {VERSION}. "
-            "Compute the result again and save it, or load the file with that stickslip."
+            f"version {VERSION}. {'Update stickslip.' if version > VERSION else again}"
         )
     return document
 

@@ -415,6 +415,8 @@ def check(document: Any) -> Certificate | CertificateOfFormulas:
     ctx.prec, ctx.cap = 10 * c.digits + 100, 2
     if isinstance(c.theorem, Flip | Fold):  # differences lose as many digits as they have
         ctx.prec = 12 * c.digits + 330
+    if isinstance(c.theorem, Curves | Basins | Horseshoe | Expansion):
+        ctx.prec = WIDE_BITS
     try:
         match c.theorem:
             case Orbit():
@@ -428,17 +430,13 @@ def check(document: Any) -> Certificate | CertificateOfFormulas:
             case Branch():
                 _along(c.system, c.theorem, c.digits)
             case Curves():
-                ctx.prec = WIDE_BITS
                 check_curves(c.system, _names(c.theorem.parameter), c.theorem)
             case Basins():
-                ctx.prec = WIDE_BITS
                 varied = _names(c.theorem.parameter) if c.theorem.parameter else ()
                 check_basins(c.system, varied, c.theorem)
             case Horseshoe():
-                ctx.prec = WIDE_BITS
                 check_horseshoe(_motion(c.system), c.theorem)
             case Expansion():
-                ctx.prec = WIDE_BITS
                 check_expansion(c.system, c.theorem)
             case Fold():
                 _fold(c.system, c.theorem, c.digits)
