@@ -169,15 +169,15 @@ def plot(
     force
         Replace the picture if it exists.
     """
-    from stickslip.plot.sweep_map import SweepMap
+    from stickslip.plot import sweep_map
     from stickslip.results.files import load
     from stickslip.sweeps.sweep import open_sweep
 
     checked_suffix(out, PICTURE_SUFFIXES, "--out")
     curves = tuple(map(load, curve))
-    picture = SweepMap(_cut(open_sweep(store), at), variable, curves)
+    dataset = _cut(open_sweep(store), at)
     with new_files([out], force=force) as (temporary,):
-        draw_pictures(picture.plot, [temporary])
+        draw_pictures(lambda ax: sweep_map.sweep(dataset, variable, ax, curves=curves), [temporary])
     output.tell("plot", {"store": store}, {"file": [str(out)]}, f"{out}\n")
 
 

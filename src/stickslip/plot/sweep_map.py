@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -26,19 +25,6 @@ LONG_SCALE: Final = "copper_r"  # their colours
 EVEN: Final = 1e-6  # relative differences of steps of an axis that is called even
 CURVE: Final[dict[str, Any]] = {"color": "black", "lw": 1.0}
 CASING: Final[dict[str, Any]] = {"color": "white", "lw": 2.4}  # keeps curves apart from dark cells
-
-
-@dataclass(frozen=True)
-class SweepMap:
-    """A map to draw; see `sweep`."""
-
-    dataset: Any
-    variable: str | None = None
-    curves: tuple[Any, ...] = ()
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the map."""
-        return sweep(self.dataset, self.variable, ax, curves=self.curves)
 
 
 def sweep(
