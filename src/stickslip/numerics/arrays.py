@@ -1,8 +1,8 @@
-"""Names of the types of arrays, and a product of many rows."""
+"""Names of the types of arrays, columns of them, and a product of many rows."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,27 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Complexes: TypeAlias = NDArray[np.complex128]
+
+
+class Columns:
+    """Arrays of one length, the fields of a dataclass: of rows some are taken, others joined on."""
+
+    __slots__ = ()
+    if TYPE_CHECKING:
+        __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(getattr(self, next(iter(self.__dataclass_fields__))))
+
+    def take(self, index: Any) -> Self:
+        """Return the rows at an index, mask or slice."""
+        return type(self)(*[getattr(self, name)[index] for name in self.__dataclass_fields__])
+
+    def joined(self, *others: Self) -> Self:
+        """Return the rows of all, one after the other."""
+        names, parts = self.__dataclass_fields__, (self, *others)
+        return type(self)(*[np.concatenate([getattr(p, name) for p in parts]) for name in names])
 
 
 def applied(matrix: Floats, rows: Floats) -> Floats:

@@ -120,12 +120,12 @@ def test_values_at_breaks_are_the_one_sided_limits(pair):
 
 
 @settings(max_examples=20)
-@given(bend=st.floats(0.5, 30.0), fit=st.sampled_from([1e-6, 1e-9, 1e-11]))
-def test_any_accuracy_can_be_had_from_a_smooth_map(bend, fit):
+@given(bend=st.floats(0.5, 30.0))
+def test_a_smooth_map_is_met_to_its_accuracy(bend):
     f = wavy(bend)
-    fast = interpolated_map(branch_table(f), fit)
+    fast = interpolated_map(branch_table(f))
     x = np.random.default_rng(3).uniform(0, 2, 500)
-    assert fast.error <= LUCK * fit * fast.table.laps.value_scale
+    assert fast.error <= LUCK * FIT * fast.table.laps.value_scale
     assert np.abs(f(x) - fast.evaluate(x).value).max() <= LUCK * fast.error + 1e-15
 
 
@@ -138,7 +138,7 @@ def test_a_square_root_is_met_exactly():
 
 def test_a_graze_needs_few_cells():
     fast = interpolated_map(branch_table(steep()))
-    assert fast.n_evaluations < 500
+    assert len(fast.cell_labels) - len(fast.table.laps.cells) < 500
 
 
 def test_a_branch_that_the_table_does_not_know_is_noticed():
@@ -185,12 +185,6 @@ def test_gaps_say_why_there_is_no_value():
     middle = 0.5 * (low + high)
     assert fast.evaluate(middle).status == f.evaluate(middle).status != OK
     assert np.isnan(fast.iterate(middle, 3)[1:]).all()
-
-
-@pytest.mark.parametrize("fit", [0.0, 1e-14, 0.1, np.nan])
-def test_accuracies_that_mean_nothing_are_refused(fit):
-    with pytest.raises(ValueError, match="fit = "):
-        interpolated_map(branch_table(tent(1.5)), fit)
 
 
 def test_points_outside_and_negative_counts_are_refused():

@@ -146,13 +146,6 @@ def test_no_orbits_move_too(logistic_orbits):
     assert len(OrbitBundle.of([], f)) == 0
 
 
-def test_infinitely_unstable_orbits_are_refused():
-    f = EventMap(models.coulomb())
-    orbits = periodic_orbits(f, period=4, infinitely_unstable=True)
-    with pytest.raises(ValueError, match="infinitely unstable"):
-        OrbitBundle.of(orbits, f)
-
-
 def test_wrong_names_and_values(logistic_orbits):
     f, bundle = logistic_orbits
     with pytest.raises((ValueError, KeyError), match="nothing"):
@@ -173,8 +166,8 @@ def test_orbits_are_given_up_that_stray_or_do_not_contract(logistic_orbits):
     assert grown.given_up.any()
 
 
-def test_better_first_guesses_change_nothing_but_the_work(logistic_orbits):
+def test_the_surprise_is_how_far_an_orbit_lies_from_its_guess(logistic_orbits):
     f, bundle = logistic_orbits
-    moved = polish_on(f, bundle.points + 1e-3, periods=bundle.periods, start=bundle.points)
+    moved = polish_on(f, bundle.points + 1e-4, periods=bundle.periods)
     np.testing.assert_allclose(moved.points, bundle.points, rtol=0, atol=ROUNDING)
-    assert moved.surprise == pytest.approx(np.full(len(bundle), 1e-3), rel=1e-9)
+    assert moved.surprise == pytest.approx(np.full(len(bundle), 1e-4), rel=1e-9)

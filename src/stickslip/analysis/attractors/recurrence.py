@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import advance, domain_width, sample
+from stickslip.analysis.orbits.bundles import padded
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 from stickslip.numerics.zeros import halved
@@ -32,6 +33,7 @@ MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbi
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
 SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
+TRIES: Final = 3  # passages tried for each period of these
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * np.finfo(np.float64).eps
 FAMILY: Final = 1e-3  # of the domain's width: beside a single neutral orbit rounding hides less
@@ -144,10 +146,7 @@ def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
     """Choose starts from which a few steps of Newton's method lead to no repelling cycle."""
     if len(starts) < FEW:
         return list(range(len(starts)))
-    periods = np.array([len(start) for start in starts], dtype=np.intp)
-    points = np.full((len(starts), int(periods.max())), np.nan)
-    for row, start in zip(points, starts, strict=True):
-        row[: len(start)] = start
+    points, periods = padded(starts)
     limits = {"trust_radius": TRUST_RADIUS * moved * domain_width(f), "contraction": 1.0}
     found = polish_on(f, points, periods=periods, **limits)
     multipliers = np.abs(found.multipliers)
@@ -238,12 +237,7 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
 
 
 def hidden_cycles(
-    f: Map1D,
-    values: Floats,
-    slopes: Floats,
-    max_period: int,
-    tries: int = 3,
-    multiples_of: int = 1,
+    f: Map1D, values: Floats, slopes: Floats, max_period: int, multiples_of: int
 ) -> list[Cycle]:
     """Search the contracting passages of seemingly chaotic orbits (m, n) for stable cycles."""
     # Bands visited in turn allow ``multiples_of`` their number only.
@@ -261,8 +255,8 @@ def hidden_cycles(
         contracts = climb[:, period:-1] < climb[:, : -period - 1]
         distance = np.abs(values[:, period:] - values[:, :-period])[contracts]
         places = np.flatnonzero(contracts)
-        if distance.size > tries:
-            places = places[np.argpartition(distance, tries)[:tries]]
+        if distance.size > TRIES:
+            places = places[np.argpartition(distance, TRIES)[:TRIES]]
         for row, column in zip(*np.unravel_index(places, contracts.shape), strict=True):
             starts.append(values[row, column : column + period])
     for k in promising(f, starts, HIDDEN):

@@ -266,7 +266,7 @@ class AttractorSearch:
 
     def _why_not_chaotic(self, bands: Bands, motion: ChaoticMotion) -> str:
         proposed = hidden_cycles(
-            self.fast, motion.values, motion.slopes, self.max_period, multiples_of=bands.period
+            self.fast, motion.values, motion.slopes, self.max_period, bands.period
         )
         for cycle in filter(None, map(self._accepted, proposed)):
             if not attracts(self.f, cycle):

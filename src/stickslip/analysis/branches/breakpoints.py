@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.numerics.arrays import Columns
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ BEND: Final = 1e-6  # of the slopes: smaller changes are beyond what limits can 
 
 
 @dataclass(frozen=True)
-class Limits:
+class Limits(Columns):
     """One-sided limits, shapes (n,); NaN beside a gap. Infinite slopes carry their sign."""
 
     value: Floats
@@ -49,10 +50,6 @@ class Limits:
         with np.errstate(invalid="ignore"):
             step = np.where(np.isfinite(self.slope), self.slope * shift, 0.0)
         return Limits(self.value + step, self.slope)
-
-    def take(self, index: slice) -> Limits:
-        """Return some of the limits."""
-        return Limits(self.value[index], self.slope[index])
 
 
 def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:

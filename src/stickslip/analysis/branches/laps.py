@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import values_and_slopes
+from stickslip.numerics.arrays import Columns
 from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
 
@@ -34,7 +35,7 @@ GUARD: Final = 1 / 64  # of the resolution: closer to a break the map is continu
 
 @part
 @dataclass(frozen=True, eq=False)
-class Cells:
+class Cells(Columns):
     """Intervals between neighbouring nodes with values and slopes at both, shapes (n,)."""
 
     x0: Floats
@@ -43,10 +44,6 @@ class Cells:
     v1: Floats
     s0: Floats
     s1: Floats
-
-    def take(self, index: Indices | Bools) -> Cells:
-        """Return some of the cells."""
-        return Cells(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
     def steepness(self, x0: Floats, x1: Floats) -> tuple[Floats, Floats]:
         """Least and largest absolute slope of the cubic interpolants between x0 and x1."""

@@ -19,6 +19,7 @@ from stickslip.analysis.maps.protocol import (
     sample,
     values_and_slopes,
 )
+from stickslip.numerics.arrays import Columns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,7 +48,7 @@ FLAT: Final = 8 * float(np.finfo(np.float64).eps)  # of a value: smaller changes
 
 
 @dataclass(eq=False, slots=True)
-class Nodes:
+class Nodes(Columns):
     """Points of a map in ascending order with what the map says there; shapes (n,)."""
 
     x: Floats
@@ -64,36 +65,14 @@ class Nodes:
         label = np.where(ok, values.label, 0)
         return cls(x, values.value, values.derivative, label, ok, values.margin)
 
-    def __len__(self) -> int:
-        """Return the number of nodes."""
-        return len(self.x)
-
-    def take(self, index: Indices | Bools | slice) -> Nodes:
-        """Return the nodes at an index, mask or slice."""
-        x, value, slope = self.x[index], self.value[index], self.slope[index]
-        return Nodes(x, value, slope, self.label[index], self.ok[index], self.margin[index])
-
-    def joined(self, other: Nodes) -> Nodes:
-        """Return both, one after the other, unsorted."""
-        pairs = ((getattr(self, n), getattr(other, n)) for n in self.__dataclass_fields__)
-        return Nodes(*(np.concatenate(pair) for pair in pairs))
-
-    def replaced(self, index: Indices | Bools, other: Nodes) -> Nodes:
-        """Return a copy with the nodes at an index or mask replaced."""
-        copy = self.copy()
-        copy.put(index, other)
-        return copy
-
     def copy(self) -> Nodes:
         """Return the same nodes in arrays of their own."""
-        x, value, slope = self.x.copy(), self.value.copy(), self.slope.copy()
-        return Nodes(x, value, slope, self.label.copy(), self.ok.copy(), self.margin.copy())
+        return self.joined()
 
     def put(self, index: Indices | Bools, other: Nodes) -> None:
         """Replace the nodes at an index or mask."""
-        self.x[index], self.value[index], self.slope[index] = other.x, other.value, other.slope
-        self.label[index], self.ok[index] = other.label, other.ok
-        self.margin[index] = other.margin
+        for name in self.__dataclass_fields__:
+            getattr(self, name)[index] = getattr(other, name)
 
     def merged(self, other: Nodes) -> tuple[Nodes, Indices]:
         """Return both sorted together, and where the nodes of ``other`` have gone."""

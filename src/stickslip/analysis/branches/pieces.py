@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Limits
+from stickslip.numerics.arrays import Columns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,16 +33,12 @@ class TooManyPiecesError(RuntimeError):
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class Ends(Columns):
     """Ends of pieces of f^k from one side; arrays of shape (n, ...)."""
 
     orbit: Floats  # the end, then its images by one-sided continuity; shape (n, k + 1)
     number: Indices  # which end of a lap of f the orbit meets (see `Laps`) ...
     depth: Indices  # ... after how many maps
-
-    def take(self, index: Indices) -> Ends:
-        """Return some of the ends."""
-        return Ends(self.orbit[index], self.number[index], self.depth[index])
 
     def replaced(self, where: NDArray[np.bool_], others: Ends) -> Ends:
         """Return a copy with ends taken from ``others`` where the mask says so."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import MapND, domain_width
+from stickslip.analysis.orbits.bundles import padded
 from stickslip.analysis.orbits.newton import polish_on, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import lagrange_weights
@@ -135,11 +136,8 @@ def _width(f: Any) -> float:
 
 def _solved(f: Any, guesses: list[Floats]) -> Iterator[tuple[Floats, Any]]:
     """Polish the orbits of one value all at once."""
-    periods = np.array([len(guess) for guess in guesses], dtype=np.intp)
-    padded = np.full((len(guesses), periods.max(initial=1)), np.nan)
-    for line, guess in zip(padded, guesses, strict=True):
-        line[: len(guess)] = guess
-    found = polish_on(f, padded, periods=periods, enough=TINY * domain_width(f))
+    starts, periods = padded(guesses)
+    found = polish_on(f, starts, periods=periods, enough=TINY * domain_width(f))
     multipliers = np.where(found.converged, found.multipliers, np.nan)
     for points, p, multiplier in zip(found.points, periods, multipliers, strict=True):
         yield points[:p], multiplier

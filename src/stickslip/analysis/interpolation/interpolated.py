@@ -32,7 +32,6 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
@@ -62,18 +61,12 @@ class InterpolatedMap:
     polynomials: CellPolynomials
     cell_labels: Labels
     error: float  # largest of a value; infinite: the map has a branch that its table does not know
-    n_evaluations: int  # of the true map
     asks: bool = False  # the true map, where branches are too narrow for the table
 
     @property
     def domain(self) -> tuple[float, float]:
         """Domain of the true map."""
         return self.f.domain
-
-    @cached_property
-    def laps(self) -> Laps:
-        """Laps of the true map, with the values inside taken from this one."""
-        return replace(self.table.laps, f=self)
 
     @cached_property
     def gap_statuses(self) -> Integers:
@@ -184,8 +177,8 @@ class InterpolatedMap:
         return orbit.reshape((*start.shape, n + 1)), slope.reshape((*start.shape, n))
 
 
-def interpolated_map(table: BranchTable, fit: float = FIT) -> InterpolatedMap:
-    """Make the fast map of a table; the fit is a share of the range of values.
+def interpolated_map(table: BranchTable) -> InterpolatedMap:
+    """Make the fast map of a table.
 
     >>> import stickslip as ss
     >>> f = ss.PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.5})
@@ -193,9 +186,7 @@ def interpolated_map(table: BranchTable, fit: float = FIT) -> InterpolatedMap:
     >>> bool(abs(fast.evaluate(0.3).value - f(0.3)) <= fast.error < 1e-9)
     True
     """
-    if not 1e-13 <= fit <= 1e-3:
-        raise ValueError(f"fit = {fit!r} of the range of values: 1e-13 to 1e-3 is allowed.")
-    return _Construction(table, fit).result()
+    return _Construction(table).result()
 
 
 def stand_in(f: Map1D, *, asks: bool = False) -> Map1D:
@@ -207,9 +198,9 @@ def stand_in(f: Map1D, *, asks: bool = False) -> Map1D:
 class _Construction:
     """Cells that are halved where the polynomial on them is not good enough."""
 
-    def __init__(self, table: BranchTable, fit: float) -> None:
+    def __init__(self, table: BranchTable) -> None:
         self.table, self.f = table, table.f
-        self.allowed = fit * table.laps.value_scale
+        self.allowed = FIT * table.laps.value_scale
         wide = np.flatnonzero(table.laps.cells.x1 > table.laps.cells.x0)
         self.cells = table.laps.cells.take(wide)
         # Cells with an infinite slope at one end hold a square root there.
@@ -220,7 +211,6 @@ class _Construction:
         self.error = _predicted_errors(self.cells, lap_of_cell[wide])
         self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
         self.breaks = np.array([b.d for b in table.breakpoints if b.kind != "smooth"])
-        self.n_evaluations = 0
         for _ in range(MAX_ROUNDS):
             open_cells = (self.error > self.allowed) & self._wide()
             if not open_cells.any() or len(self.kind) > MAX_CELLS:
@@ -237,7 +227,6 @@ class _Construction:
         cells = self.cells.take(k)
         x = 0.5 * (cells.x0 + cells.x1)
         value, slope = values_and_slopes(self.f, x)
-        self.n_evaluations += len(k)
         kind, off, plain = self._better_kind(k, cells, x, value, slope)
         hidden = np.isnan(value)
         left = replace(cells, x1=x, v1=value, s1=slope)
@@ -255,16 +244,13 @@ class _Construction:
         keep[k] = hidden
         cut = ~hidden
         parts = (self.cells.take(keep), left.take(cut), right.take(cut))
-        joined = Cells(
-            *(np.concatenate([getattr(p, n) for p in parts]) for n in cells.__dataclass_fields__)
-        )
+        joined = parts[0].joined(*parts[1:])
         order = np.argsort(joined.x0, kind="stable")
         self.cells = joined.take(order)
         self.kind = np.concatenate([self.kind[keep], at_left[cut], at_right[cut]])[order]
         self.error = np.concatenate([self.error[keep], error])[order]
-        self.label = np.concatenate([self.label[keep], self.label[k][cut], self.label[k][cut]])[
-            order
-        ]
+        own = self.label[k][cut]
+        self.label = np.concatenate([self.label[keep], own, own])[order]
 
     def _better_kind(
         self, k: NDArray[np.intp], cells: Cells, x: Floats, value: Floats, slope: Floats
@@ -288,14 +274,7 @@ class _Construction:
 
     def result(self) -> InterpolatedMap:
         polynomials = _polynomials(self.cells, self.kind)
-        found = InterpolatedMap(
-            f=self.f,
-            table=self.table,
-            polynomials=polynomials,
-            cell_labels=self.label,
-            error=0.0,
-            n_evaluations=self.n_evaluations + PROBES,
-        )
+        found = InterpolatedMap(self.f, self.table, polynomials, self.label, error=0.0)
         return replace(found, error=self._checked(found))
 
     def _checked(self, found: InterpolatedMap) -> float:
@@ -317,7 +296,6 @@ class _Construction:
 
 def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
     """Errors of cubics: two cells predict the node between them; unknown at the ends of laps."""
-    error = np.full(len(lap), np.inf)
     first, last = cells.take(np.arange(len(lap) - 1)), cells.take(np.arange(1, len(lap)))
     both = Cells(first.x0, last.x1, first.v0, last.v1, first.s0, last.s1)
     middle = last.x0

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.analysis.maps.protocol import sample
+from stickslip.numerics.arrays import Columns
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,8 +19,17 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 
+def padded(rows: Sequence[Floats]) -> tuple[Floats, NDArray[np.intp]]:
+    """Return rows of any lengths as one array, NaN beyond the end of each, and the lengths."""
+    lengths = np.array([len(row) for row in rows], dtype=np.intp)
+    wide = np.full((len(rows), int(lengths.max(initial=1))), np.nan)
+    for line, row in zip(wide, rows, strict=True):
+        line[: len(row)] = row
+    return wide, lengths
+
+
 @dataclass(frozen=True, eq=False)
-class OrbitBundle:
+class OrbitBundle(Columns):
     """k periodic orbits of one map; arrays (k, P) are padded to the longest period P."""
 
     periods: NDArray[np.intp]
@@ -29,26 +39,10 @@ class OrbitBundle:
 
     @classmethod
     def of(cls, orbits: Sequence[PeriodicOrbit], f: Map1D) -> OrbitBundle:
-        """Gather orbits of the map f; refuse infinitely unstable ones, which have no slope."""
-        periods = np.array([orbit.period for orbit in orbits], dtype=np.intp)
-        points = np.full((len(orbits), int(periods.max(initial=1))), np.nan)
-        for row, orbit in zip(points, orbits, strict=True):
-            if orbit.jump is not None:
-                raise ValueError(
-                    f"the orbit through the jump d = {orbit.jump.d:.12g} is infinitely unstable "
-                    "and cannot be followed: follow the jump itself."
-                )
-            row[: orbit.period] = orbit.points
+        """Gather orbits of the map f, none infinitely unstable: such a one has no slope."""
+        points, periods = padded([orbit.points for orbit in orbits])
         values = sample(f, points)
         return cls(periods, points, values.derivative, values.label)
-
-    def __len__(self) -> int:
-        """Return the number of orbits."""
-        return len(self.periods)
-
-    def take(self, index: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
-        """Return some of the orbits."""
-        return type(self)(*(getattr(self, f.name)[index] for f in fields(self)))
 
     def orbit_points(self, row: int) -> Floats:
         """Return the points of one orbit, shape (period,)."""

@@ -5,13 +5,14 @@ Rising pieces are halved until bounds of the slope of f^p decide: they may cross
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Final, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from stickslip.analysis.branches.mesh import slope_extremes
 from stickslip.analysis.orbits.orbit import NearFold
+from stickslip.numerics.arrays import Columns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +35,7 @@ MAX_PARTS: Final = 100_000  # no more are halved at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Brackets:
+class Brackets(Columns):
     """Intervals on one piece of f^p each; ``word`` is (n, p), orbits of the ends (n, p + 1)."""
 
     piece: Indices
@@ -43,19 +44,6 @@ class Brackets:
     right: Floats
     slope_left: Floats  # of f^p at the ends
     slope_right: Floats
-
-    def __len__(self) -> int:
-        """Return the number of intervals."""
-        return len(self.piece)
-
-    def take(self, index: Indices | Bools) -> Self:
-        """Return some of the intervals."""
-        return type(self)(*(getattr(self, f.name)[index] for f in fields(self)))
-
-    def joined(self, other: Brackets) -> Self:
-        """Return both, one after the other."""
-        pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
-        return type(self)(*(np.concatenate(pair) for pair in pairs))
 
     @property
     def off_left(self) -> Floats:

@@ -74,7 +74,6 @@ def polish(
     scale: float,
     *,
     periods: NDArray[np.intp] | None = None,
-    start: Floats | None = None,
     trust_radius: float = np.inf,
     contraction: float = np.inf,
     enough: float = 0.0,
@@ -89,7 +88,7 @@ def polish(
     guess, lower, upper = (
         np.array(np.broadcast_to(each, guess.shape)) for each in (guess, lower, upper)
     )
-    points = np.clip(guess if start is None else start, lower, upper)
+    points = np.clip(guess, lower, upper)
     slopes, residuals, steps = np.ones_like(guess), new(guess), new(guess)
     labels, last = new(guess, dtype=np.uint64), np.full(n, np.inf)
     moving, given_up = np.ones(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
@@ -105,7 +104,11 @@ def polish(
         newton_step(states, limits, *evaluate(places, points.ravel()[places]))
         if not moving.any():
             break
-    closed = residual_is_rounding(slopes, residuals, scale, MANY)
+    with np.errstate(invalid="ignore"):
+        # A slope carries the rounding of its point on; an infinite one would excuse anything.
+        allowed = MANY * EPS * scale * (1 + np.minimum(np.abs(slopes), STEEPEST))
+        rounding = (np.abs(residuals) <= allowed) & np.isfinite(slopes)
+    closed = rounding.all(axis=1)
     # Or the map's own, which may be more: a motion's states grow on their way.
     closed |= (last <= STALLED * scale) & (np.abs(residuals) <= CLOSED * scale).all(axis=1)
     closed &= ~given_up
@@ -153,17 +156,6 @@ def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
         residual=float(found.residual[0]),
         quality="located" if found.converged[0] else "failed",
     )
-
-
-def residual_is_rounding(
-    slopes: Floats, residuals: Floats, value_scale: float, times: float = 1.0
-) -> NDArray[np.bool_]:
-    """Tell which orbits no step can improve: a slope carries the rounding of its point on."""
-    with np.errstate(invalid="ignore"):
-        # Beside an infinite slope the bound would allow anything.
-        allowed = times * EPS * value_scale * (1 + np.minimum(np.abs(slopes), STEEPEST))
-        rounding = (np.abs(residuals) <= allowed) & np.isfinite(slopes)
-    return np.asarray(rounding.all(axis=1))
 
 
 def turned(points: Floats, near: Floats) -> Floats:

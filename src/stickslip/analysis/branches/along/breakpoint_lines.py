@@ -198,7 +198,7 @@ def _located(
         """Points on both sides of forecasts, the farthest first: a few cost as much as one."""
         points = x[k] + radius[k] * FAN[:, None]
         nodes = probe(np.clip(points, *f.domain).ravel())
-        return [nodes.take(slice(row * len(k), (row + 1) * len(k))) for row in range(len(FAN))]
+        return [nodes.take(np.arange(len(k)) + row * len(k)) for row in range(len(FAN))]
 
     low, high, *inner = fan(np.arange(len(x)))
     while True:
@@ -207,10 +207,8 @@ def _located(
         if not k.size:
             break
         radius[k] = np.minimum(radius[k] * WIDENING, WIDEST * width)
-        wider = fan(k)
-        low, high, *inner = (
-            old.replaced(k, new) for old, new in zip([low, high, *inner], wider, strict=True)
-        )
+        for old, new in zip([low, high, *inner], fan(k), strict=True):
+            old.put(k, new)
 
     def is_left(k: NDArray[np.intp], left: Nodes, nodes: Nodes, right: Nodes) -> NDArray[np.bool_]:
         """Tell which points are more like the left side."""
