@@ -339,49 +339,25 @@ def _signs(stretch: Stretch) -> Floats:
     return sign[known[np.maximum(place, 0)]]
 
 
-def split_at_smooth(stretches: list[Stretch], segments: Segments) -> list[Stretch]:
-    """Return the stretches cut at the breaks that the map does not care about, too."""
-    numbers = np.flatnonzero(segments.smooth)
-    result: list[Stretch] = []
-    for stretch in stretches:
-        rest = stretch
-        for number in numbers:
-            if rest.x[0] < segments.where[number] < rest.x[-1]:
-                head, rest = _split(rest, float(segments.where[number]), int(number))
-                result.append(head)
-        result.append(rest)
-    return result
+def tabulate_laps(
+    mesh: Mesh, stretches: list[Stretch], segments: Segments, *, harmless: bool
+) -> Laps:
+    """Cut smooth stretches into laps at turning points, numbered on from the breaks.
 
-
-def _split(stretch: Stretch, x: float, number: int) -> tuple[Stretch, Stretch]:
-    """Cut a stretch at its node x; the map may be evaluated across."""
-    at = int(np.searchsorted(stretch.x, x))
-    before = stretch.turns < at
-    (first, last), (low, high) = stretch.numbers, stretch.guards
-
-    def part(
-        nodes: slice, mine: Bools, numbers: tuple[int, int], guards: tuple[float, float]
-    ) -> Stretch:
-        columns = stretch.x[nodes], stretch.value[nodes], stretch.slope[nodes]
-        first_turn = stretch.first_turn + int((stretch.turns < nodes.start).sum())
-        return Stretch(*columns, stretch.turns[mine] - nodes.start, numbers, guards, first_turn)
-
-    return (
-        part(slice(0, at + 1), before, (first, number), (low, x)),
-        part(slice(at, None), ~before, (number, last), (x, high)),
-    )
-
-
-def tabulate_laps(mesh: Mesh, stretches: list[Stretch], n_breaks: int) -> Laps:
-    """Cut smooth stretches at their turning points, numbered on from the breaks, into laps."""
+    If told to, also at the breaks that the map does not care about.
+    """
     columns, cells = [np.empty((11, 0))], [np.empty((6, 0))]
     sizes = [np.zeros(1, dtype=np.intp)]
     for s in stretches:
         nodes, last = np.array([s.x, s.value, s.slope]), len(s.x) - 1
-        bounds = np.array([0, *s.turns.tolist(), last])
+        inside = segments.smooth & (segments.where > s.x[0]) & (segments.where < s.x[-1])
+        breaks = np.flatnonzero(inside & harmless)
+        cuts = np.append(np.searchsorted(s.x, segments.where[breaks]), s.turns)
+        turns = len(segments.where) + s.first_turn + np.arange(len(s.turns))
+        order = np.argsort(cuts, kind="stable")
+        bounds = np.array([0, *cuts[order], last])
         i, j = bounds[:-1], bounds[1:]
-        turns = n_breaks + s.first_turn + np.arange(len(s.turns))
-        numbers = np.array([s.numbers[0], *turns.tolist(), s.numbers[1]])
+        numbers = np.array([s.numbers[0], *np.append(breaks, turns)[order], s.numbers[1]])
         ends = np.stack([nodes[:, i], nodes[:, j]], axis=1).reshape(6, -1)
         low = np.where(i == 0, s.guards[0], s.x[i])
         high = np.where(j == last, s.guards[1], s.x[j])

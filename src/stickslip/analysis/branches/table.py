@@ -18,12 +18,7 @@ from stickslip.analysis.branches.discontinuities import (
     Unresolved,
     find_discontinuities,
 )
-from stickslip.analysis.branches.laps import (
-    Segments,
-    smooth_stretches,
-    split_at_smooth,
-    tabulate_laps,
-)
+from stickslip.analysis.branches.laps import Segments, smooth_stretches, tabulate_laps
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE, Mesh
 from stickslip.analysis.branches.pieces import (
     Hints,
@@ -235,7 +230,6 @@ def _make_table(f: Map1D, resolution: float, crowd: int, events: float) -> Branc
     unresolved += too_many
     breaks, segments = _classify(mesh, cuts, hints)
     stretches = smooth_stretches(mesh, segments)
-    laps = tabulate_laps(mesh, stretches, len(breaks))
     return BranchTable(
         f=f,
         resolution=mesh.resolution,
@@ -243,8 +237,8 @@ def _make_table(f: Map1D, resolution: float, crowd: int, events: float) -> Branc
         breakpoints=tuple(breaks),
         gaps=_gaps(segments, unresolved),
         turning_points=np.concatenate([s.x[s.turns] for s in stretches] or [np.empty(0)]),
-        laps=laps,
-        pieces=tabulate_laps(mesh, split_at_smooth(stretches, segments), len(breaks)),
+        laps=tabulate_laps(mesh, stretches, segments, harmless=False),
+        pieces=tabulate_laps(mesh, stretches, segments, harmless=True),
         unresolved=tuple(unresolved),
         n_evaluations=mesh.n_evaluations,
     )
