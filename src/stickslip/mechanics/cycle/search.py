@@ -18,10 +18,11 @@ from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 from stickslip.numerics.waiting import waits
+from stickslip.numerics.zeros import halved
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -212,22 +213,43 @@ class _Search:
 
     def _converged(self, state: State, n_events: int, distance: float) -> Cycle | None:
         """Newton's method from a close return, onto the cycle or nowhere."""
-        start, allowed = state, REACH * distance + CONVERGED * self.size
-        leg = self.shooter.leg(state, n_events)
+
+        def legs(state: State, rounds: int) -> Leg:
+            return self.shooter.leg(state, n_events // rounds)
+
+        reach = REACH * distance + CONVERGED * self.size
+        found = self._solved(state, legs, n_events, reach)
+        if found is None:
+            return None
+        state, leg, rounds = found
+        return self._cycle(*self._fewest_freedoms(state, leg, n_events // rounds))
+
+    def _solved(
+        self, start: State, legs: Callable[[State, int], Leg], times: int, reach: float
+    ) -> tuple[State, Leg, int] | None:
+        """Solve for a cycle; its state, one round of it, and how many rounds the return was."""
+        # `legs` follows a return, or a share of it by the number of rounds.
+        forced, last = self.model.plant.is_forced, math.inf
+        enough = (10 if forced else 1) * CONVERGED * self.size
+        state = start
         for _ in range(MAX_NEWTON):
-            if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
+            leg = legs(state, 1)
+            if leg.status != status_codes.OK:
+                return None
+            if not forced and (leg.state.mode != state.mode).any():
                 return None
             off = self._off(leg, state)
-            if np.abs(off).max() <= CONVERGED * self.size:
-                return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
-            moved = state._replace(z=state.z + self._step(leg, off, _varies(state)))
-            if np.abs(moved.z - start.z).max() > allowed:
+            now = float(np.abs(off).max())
+            if now <= enough or self._gains_no_more(last, now):
+                # Go round once where the return was found after several rounds.
+                for rounds in range(times, 1, -1):
+                    if times % rounds == 0 and self._is_back(state, once := legs(state, rounds)):
+                        return state, once, rounds
+                return state, leg, 1
+            varies = state.free if forced else _varies(state)
+            last, state = now, state._replace(z=state.z + self._step(leg, off, varies))
+            if np.abs(state.z - start.z).max() > reach:
                 return None
-            last, state = np.abs(off).max(), moved
-            leg = self.shooter.leg(state, n_events)
-            now = np.abs(self._off(leg, state)).max()
-            if self._gains_no_more(last, now):
-                return self._cycle(*self._fewest_freedoms(*self._once(state, leg, n_events)))
         return None
 
     def _off(self, leg: Leg, state: State) -> Floats:
@@ -243,15 +265,6 @@ class _Search:
     def _gains_no_more(self, last: float, now: float) -> bool:
         """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
         return now >= 0.5 * last and now <= 1e3 * CONVERGED * self.size
-
-    def _once(self, state: State, leg: Leg, n_events: int) -> tuple[State, Leg, int]:
-        """Go round a cycle once where a return was found after several rounds of it."""
-        for rounds in range(n_events, 1, -1):
-            if n_events % rounds == 0:
-                once = self.shooter.leg(state, n_events // rounds)
-                if self._is_back(state, once):
-                    return state, once, n_events // rounds
-        return state, leg, n_events
 
     def _is_back(self, state: State, leg: Leg) -> bool:
         same = leg.status == status_codes.OK and (leg.state.mode == state.mode).all()
@@ -281,7 +294,7 @@ class _Search:
             for back, other in enumerate(reversed(states[-64:]), start=1):
                 distance = float(np.abs(self.felt(state.z - other.z)).max())
                 if (state.mode == other.mode).all() and distance < closest:
-                    found = self._converged_in_time(state, back * period)
+                    found = self._converged_in_time(state, back)
                     if found is not None:
                         return found
                     closest = 0.1 * distance
@@ -291,34 +304,17 @@ class _Search:
             f" in {max_periods} periods of the forcing. Start closer to one, or raise max_events."
         )
 
-    def _converged_in_time(self, state: State, period: float) -> Cycle | None:
+    def _converged_in_time(self, state: State, times: int) -> Cycle | None:
+        """Solve for a cycle of some periods of the forcing, or fewer."""
+        period = times * self.model.plant.period
+
+        def legs(state: State, rounds: int) -> Leg:
+            return self.shooter.leg(state, max_time=period / rounds)
+
         # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away: no less far than
         # from the widest return that is worth an attempt.
-        start, allowed = state, REACH * CLOSE * self.size
-        last = math.inf
-        for _ in range(MAX_NEWTON):
-            leg = self.shooter.leg(state, max_time=period)
-            if leg.status != status_codes.OK:
-                return None
-            off = self._off(leg, state)
-            now = float(np.abs(off).max())
-            if now <= 10 * CONVERGED * self.size or self._gains_no_more(last, now):
-                return self._cycle(state, self._once_in_time(state, leg, period))
-            last = now
-            state = state._replace(z=state.z + self._step(leg, off, state.free))
-            if np.abs(state.z - start.z).max() > allowed:
-                return None
-        return None
-
-    def _once_in_time(self, state: State, leg: Leg, period: float) -> Leg:
-        """Keep the fewest periods of the forcing after which the motion repeats."""
-        times = round(period / self.model.plant.period)
-        for rounds in range(times, 1, -1):
-            if times % rounds == 0:
-                once = self.shooter.leg(state, max_time=period / rounds)
-                if self._is_back(state, once):
-                    return once
-        return leg
+        found = self._solved(state, legs, times, REACH * CLOSE * self.size)
+        return None if found is None else self._cycle(*found[:2])
 
     # --- as a result ---------------------------------------------------------------------------
 
@@ -355,6 +351,7 @@ def _check(leg: Leg) -> None:
 PATIENCE: Final = 2.5  # periods of the slowest mode in which two extremes of a kind must come
 STEP: Final = 1 / 64  # of the fastest mode's period: where extremes are looked for
 MOST_STEPS: Final = 8192  # in that search
+HALVINGS: Final = 30  # of the step that holds an extreme
 SLIP_CLOSE: Final = 0.05  # of the motion's size: a return this close is worth an attempt
 SLIP_REACH: Final = 10.0  # distances of the return that Newton's method may move the state
 NEUTRAL: Final = 1e-9  # multipliers this close to the unit circle: one of a family of motions
@@ -426,12 +423,11 @@ class _Swings:
 
     def _turning(self, state: State, rising: float) -> float:
         """Time within a step at which the coordinate is extreme."""
-        low, high = 0.0, self.step
-        for _ in range(30):
-            middle = 0.5 * (low + high)
-            still = self._speed(self.shooter.leg(state, 1, max_time=middle).state) * rising > 0.0
-            low, high = (middle, high) if still else (low, middle)
-        return 0.5 * (low + high)
+
+        def rises_on(time: float) -> bool:
+            return self._speed(self.shooter.leg(state, 1, max_time=time).state) * rising > 0.0
+
+        return 0.5 * sum(halved(rises_on, 0.0, self.step, HALVINGS))
 
     def size(self, a: State, b: State) -> float:
         """Amplitude of a motion from its states at two extremes."""

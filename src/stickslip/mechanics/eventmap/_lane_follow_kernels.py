@@ -92,26 +92,26 @@ def each_its_own(batch: Batch) -> Carried:
 
 
 @kernel
-def settle_batch(
+def follow_slots(
     models: ModelTable,
     m: int,
+    at: int,
     steps: int,
+    recorded: bool,
     batch: Batch,
     scratch: Scratch,
     controls: Controls,
     itinerary: NDArray[np.int8],
     followed: Followed,
 ) -> int:
-    """Apply the maps `steps` times to the first m slots; return how many orbits are left."""
-    x, orbit, value, b, index = (
-        batch.x,
-        batch.orbit,
-        batch.value,
-        batch.streams,
-        batch.lists,
-    )
-    few, carried = x.shape[0], each_its_own(batch)
-    zero, no_slope = np.uint64(0), x[:0]
+    """Apply the maps to the first m slots, with or without a record; return how many are left."""
+    x, orbit, value, b, index = batch.x, batch.orbit, batch.value, batch.streams, batch.lists
+    few, carried, zero = x.shape[0], each_its_own(batch), np.uint64(0)
+    slopes = batch.slope if recorded else x[:0]
+    for s in range(m):
+        i = orbit[s]
+        batch.point[i - at, 0] = x[s]
+        followed.mean_duration[i] = followed.mean_events[i] = 0.0
     for k in range(steps):
         for s in range(m):
             value[s] = x[s]
@@ -121,70 +121,11 @@ def settle_batch(
             index,
             np.uint64(m),
             value,
-            no_slope,
+            slopes,
             zero,
             controls.max_events,
             few,
-            False,
-            None,
-            None,
-        )
-        left = 0
-        for s in range(m):
-            i, status = orbit[s], OK
-            if math.isfinite(value[s]):
-                x[s] = value[s]
-            else:
-                x[s], _, _, _, _, status = ask(models, i, x[s], scratch, controls, itinerary)
-            followed.status[i] = status
-            followed.steps[i] = k + 1 if status == OK else k
-            if status == OK:
-                if left != s:
-                    move_up(batch, s, left)
-                left += 1
-        m = left
-    return m
-
-
-@kernel
-def record_batch(
-    models: ModelTable,
-    m: int,
-    at: int,
-    batch: Batch,
-    scratch: Scratch,
-    controls: Controls,
-    itinerary: NDArray[np.int8],
-    followed: Followed,
-) -> int:
-    """Apply the maps to the first m slots and record the paths; return how many are left."""
-    x, orbit, value, b, index = (
-        batch.x,
-        batch.orbit,
-        batch.value,
-        batch.streams,
-        batch.lists,
-    )
-    few, carried, zero = x.shape[0], each_its_own(batch), np.uint64(0)
-    for s in range(m):
-        i = orbit[s]
-        batch.point[i - at, 0] = x[s]
-        followed.mean_duration[i] = followed.mean_events[i] = 0.0
-    n = batch.log_slope.shape[1]
-    for k in range(n):
-        for s in range(m):
-            value[s] = x[s]
-        carry_block(
-            carried,
-            b,
-            index,
-            np.uint64(m),
-            value,
-            batch.slope,
-            zero,
-            controls.max_events,
-            few,
-            True,
+            recorded,
             None,
             None,
         )
@@ -202,12 +143,13 @@ def record_batch(
                 followed.mean_duration[i] = followed.mean_events[i] = math.nan
                 followed.most_events[i] = 0
                 continue
-            batch.point[i - at, k + 1] = d
-            batch.label[i - at, k] = label
-            batch.log_slope[i - at, k] = math.log(abs(slope)) if slope != 0.0 else -math.inf
-            followed.mean_duration[i] += duration
-            followed.mean_events[i] += n_events
-            followed.most_events[i] = max(followed.most_events[i], n_events)
+            if recorded:
+                batch.point[i - at, k + 1] = d
+                batch.label[i - at, k] = label
+                batch.log_slope[i - at, k] = math.log(abs(slope)) if slope != 0.0 else -math.inf
+                followed.mean_duration[i] += duration
+                followed.mean_events[i] += n_events
+                followed.most_events[i] = max(followed.most_events[i], n_events)
             followed.steps[i] += 1
             x[s] = d
             if left != s:
@@ -236,8 +178,10 @@ def follow_batch(
     tail = followed.tail.shape[1]
     for at in range(0, starts.shape[0], batch.orbit.shape[0]):
         m = line_up(models, starts, at, batch)
-        m = settle_batch(models, m, transient, batch, scratch, controls, itinerary, followed)
-        m = record_batch(models, m, at, batch, tangent_scratch, controls, itinerary, followed)
+        own = batch, scratch, controls, itinerary, followed
+        m = follow_slots(models, m, at, transient, False, *own)
+        own = batch, tangent_scratch, controls, itinerary, followed
+        m = follow_slots(models, m, at, n, True, *own)
         for s in range(m):
             i = batch.orbit[s]
             model = models.of_start[i]
