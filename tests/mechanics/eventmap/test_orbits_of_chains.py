@@ -107,7 +107,7 @@ def test_lists_and_branches_are_saved_with_their_model(orbits, tmp_path):
 def test_options_of_the_other_kind_of_map_are_refused():
     with pytest.raises(ValueError, match="infinitely_unstable is for maps of a line"):
         ss.periodic_orbits(CHAIN, infinitely_unstable=True)
-    with pytest.raises(ValueError, match="n_starts = 3 is for maps of R"):
+    with pytest.raises(ValueError, match="n_starts is for maps of R"):
         ss.periodic_orbits(COULOMB, n_starts=3)
     orbit = ss.periodic_orbits(CHAIN, 1, n_starts=32)[0]
     with pytest.raises(ValueError, match="window is for orbits of maps of a line"):

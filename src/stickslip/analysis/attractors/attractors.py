@@ -165,7 +165,9 @@ def attractors(
     >>> [(found.kind, found.period) for found in ss.attractors(ss.examples.coulomb())]
     [('periodic', 4), ('periodic', 1)]
     """
-    n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
+    n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
+    max_period = whole_number("max_period", max_period, at_most=MOST_KEPT)
+    max_steps = whole_number("max_steps", max_steps, at_most=MOST_STEPS)
     fast, work = flag("interpolate", interpolate), Work(progress, partial)
     orbits = _orbits("known", known)
     check_callback("features", features, "an orbit's points (k, n)")
@@ -197,7 +199,6 @@ def attractors_of(
     fast: InterpolatedMap | None = None,
 ) -> AttractorList:
     """Find the attractors of a map whose table is at hand, stable known ``orbits`` included."""
-    n_starts, max_period, max_steps = _checked_counts(n_starts, max_period, max_steps)
     spread, start = _seeds(f, table.laps, n_starts, None)
     fast = interpolated_map(table) if fast is None else fast
     return _searched(f, table, fast, start, len(spread), max_period, max_steps, orbits, Work())
@@ -225,14 +226,6 @@ def _searched(
         if not search.doubts or work.interrupted:
             break
     return search.result(n_spread)
-
-
-def _checked_counts(n_starts: int, max_period: int, max_steps: int) -> tuple[int, int, int]:
-    return (
-        whole_number("n_starts", n_starts, at_most=MOST_KEPT),
-        whole_number("max_period", max_period, at_most=MOST_KEPT),
-        whole_number("max_steps", max_steps, at_most=MOST_STEPS),
-    )
 
 
 def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:

@@ -133,54 +133,36 @@ def _inner_rows(piece: Piece, events: list[Event]) -> tuple[Row, ...]:
 
 
 def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
-    """Link both orbits of a fold; let all others that do not cross end at the event."""
-    sides = ((number, share.lost, UP), (number + 1, share.born, DOWN))
-    own = all(
-        len(web.row(node, k).points) == event.period for node, places, _ in sides for k in places
-    )
-    if event.kind in ("transcritical", "pitchfork") and own:
-        if _link_crossing(web, number, event, share):
-            return
-    for node, places, side in sides:
-        if event.kind == "fold" and own and len(places) == 2:
-            row = Row(event.value, event.points, 1.0, event)
-            one, other = ((node, place, side) for place in places)
-            web.links[one] = Link((row,), other)
-            web.links[other] = Link((row,), one)
-            continue
-        for place in places:
-            web.links[node, place, side] = Link((), None, event)
-
-
-def _link_crossing(web: _Web, number: int, event: Event, share: Concerned) -> bool:
-    """Link orbits across the point where they cross; false if there are not two or four."""
-    # The upper orbit goes on as the lower one; of a pitchfork's three the middle one goes on.
+    """Link the orbits of a fold or crossing; let all others that do not cross end at the event."""
+    below: list[Port] = [(number, place, UP) for place in share.lost]
+    above: list[Port] = [(number + 1, place, DOWN) for place in share.born]
+    ports = [*below, *above]
+    own = all(len(web.row(n, k).points) == event.period for n, k, _ in ports)
+    pairs: list[tuple[Port, Port]] = []
+    if own and event.kind == "fold":
+        pairs = [(side[0], side[1]) for side in (below, above) if len(side) == 2]
+    elif own and event.kind in ("transcritical", "pitchfork"):
+        # The upper orbit goes on as the lower one; of a pitchfork's three the middle one goes on.
+        below, above = _by_place(web, below, event), _by_place(web, above, event)
+        few, many = sorted((below, above), key=len)
+        if (len(few), len(many)) == (2, 2):
+            pairs = [(below[0], above[1]), (below[1], above[0])]
+        elif (len(few), len(many)) == (1, 3):
+            pairs = [(few[0], many[1]), (many[0], many[2])]
     row = Row(event.value, event.points, 1.0, event)
-    below = _by_place(web, number, share.lost, event, UP)
-    above = _by_place(web, number + 1, share.born, event, DOWN)
-    few, many = sorted((below, above), key=len)
-    if (len(few), len(many)) == (2, 2):
-        pairs = [(below[0], above[1]), (below[1], above[0])]
-    elif (len(few), len(many)) == (1, 3):
-        pairs = [(few[0], many[1]), (many[0], many[2])]
-    else:
-        return False
+    web.links |= dict.fromkeys(ports, Link((), None, event))
     for one, other in pairs:
-        web.links[one] = Link((row,), other)
-        web.links[other] = Link((row,), one)
-    return True
+        web.links |= {one: Link((row,), other), other: Link((row,), one)}
 
 
-def _by_place(
-    web: _Web, number: int, places: tuple[int, ...], event: Event, side: Side
-) -> list[Port]:
+def _by_place(web: _Web, ports: list[Port], event: Event) -> list[Port]:
     """Return the ports of orbits, ascending by their point next to the event's first one."""
 
-    def beside(place: int) -> float:
-        points = web.row(number, place).points
+    def beside(port: Port) -> float:
+        points = web.row(*port[:2]).points
         return float(turned(points, event.points)[0])
 
-    return [(number, place, side) for place in sorted(places, key=beside)]
+    return sorted(ports, key=beside)
 
 
 # ------------------------------------------------------------------ from link to link

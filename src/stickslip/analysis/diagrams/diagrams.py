@@ -24,7 +24,7 @@ from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.orbit_curves import fill, sampled_orbits
-from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
+from stickslip.analysis.maps.arguments import checked_range, line_family, map_of, not_for
 from stickslip.analysis.maps.protocol import FamilyND
 from stickslip.analysis.orbits.orbit import ON_CIRCLE
 from stickslip.analysis.work import Work
@@ -125,8 +125,8 @@ def bifurcation_diagram(
     family = map_of(system)
     if not (in_space := isinstance(family, FamilyND)):
         family = line_family(family)
-    elif window is not None:
-        raise ValueError(f"window is for maps of a line; system = {shown(system)} has another.")
+    else:
+        not_for("a line", window=window is not None)
     values = grid_values("grid", grid).copy()
     if values.size < 2 or (np.diff(values) <= 0).any():
         raise ValueError(

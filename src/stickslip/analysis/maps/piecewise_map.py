@@ -312,23 +312,17 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         return same
 
     def _parameter_slopes(self, x: Floats, name: str) -> Floats:
-        given = self._given_parameter_derivative
-        if isinstance(given, Mapping) and name in given:
-            return apply(
-                given[name],
-                x,
-                self._parameters,
-                self._takes_arrays(f"parameter_derivative[{shown(name)}]", given[name]),
-            )
-        if callable(given):
+        given, role = self._given_parameter_derivative, "parameter_derivative"
 
-            def named(points: Any, **parameters: float) -> Any:
-                return given(points, name, **parameters)
+        def named(points: Any, **parameters: float) -> Any:
+            return given(points, name, **parameters)  # type: ignore[operator,misc]
 
-            return apply(
-                named, x, self._parameters, self._takes_arrays("parameter_derivative", named)
-            )
-        return self._parameter_differences(x, name)
+        slope: Function | None = named if callable(given) else None
+        if isinstance(given, Mapping):
+            slope, role = given.get(name), f"{role}[{shown(name)}]"
+        if slope is None:
+            return self._parameter_differences(x, name)
+        return apply(slope, x, self._parameters, self._takes_arrays(role, slope))
 
     def _parameter_differences(self, x: Floats, name: str) -> Floats:
         now = self._parameters[name]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
 import numpy as np
 
-from stickslip.checks import whole_number
+from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
 
@@ -24,6 +24,14 @@ ON_CIRCLE: Final = 1e-12  # multipliers this close to the unit circle are taken 
 
 
 Orbit = TypeVar("Orbit", bound="AnyOrbit")
+
+
+def wanted_periods(max_period: object, period: object) -> range:
+    """Return the minimal periods that are asked for: up to one, or exactly that one."""
+    if period is None:
+        return range(1, whole_number("max_period", max_period, at_most=MOST_KEPT) + 1)
+    p = whole_number("period", period, at_most=MOST_KEPT)
+    return range(p, p + 1)
 
 
 @part

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, reduced, sample
 from stickslip.analysis.orbits.newton import monodromy, solve_orbits
-from stickslip.analysis.orbits.orbit import AnyOrbit, OrbitSequence
+from stickslip.analysis.orbits.orbit import AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
 
@@ -266,11 +266,8 @@ def search_orbits(
     f: MapND, max_period: int, period: int | None, n_starts: int = N_STARTS
 ) -> OrbitListND:
     """Search for orbits of a map of R^n as `periodic_orbits` does, from seeds in the domain."""
-    highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
-    if period is not None:
-        highest = period = whole_number("period", period, at_most=MOST_KEPT)
+    wanted = wanted_periods(max_period, period)
     n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
-    wanted = range(1, highest + 1) if period is None else (period,)
     orbits: list[PeriodicOrbitND] = []
     unseen: list[Unseen] = []
     n_evaluations = 0
@@ -279,7 +276,7 @@ def search_orbits(
         n_evaluations += census.n_evaluations
         orbits += census.orbits()
         unseen.append(census.unseen(p))
-    return OrbitListND(tuple(orbits), highest, tuple(unseen), n_starts, n_evaluations)
+    return OrbitListND(tuple(orbits), wanted[-1], tuple(unseen), n_starts, n_evaluations)
 
 
 def _searched(f: MapND, p: int, n_starts: int, shorter: list[Floats]) -> _Census:

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.arguments import line_map, map_of
+from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import MapND, sample, values_and_slopes
 from stickslip.analysis.orbits.diagonal import TOUCH, brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import Polished, polish
@@ -24,9 +24,9 @@ from stickslip.analysis.orbits.orbit import (
     OrbitList,
     PeriodicOrbit,
     orbit_of,
+    wanted_periods,
 )
 from stickslip.analysis.orbits.orbits_nd import N_STARTS, OrbitListND, search_orbits
-from stickslip.checks import MOST_KEPT, shown, whole_number
 from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
@@ -126,30 +126,20 @@ def periodic_orbits(
     """
     found = map_of(f)
     if isinstance(found, MapND):
-        if infinitely_unstable or resolution is not None:
-            name = "infinitely_unstable" if infinitely_unstable else "resolution"
-            raise ValueError(f"{name} is for maps of a line; f = {shown(f)} is a map of R^n.")
+        of_line = {"infinitely_unstable": infinitely_unstable, "resolution": resolution is not None}
+        not_for("a line", **of_line)
         return search_orbits(found, max_period, period, N_STARTS if n_starts is None else n_starts)
     f = line_map(found)
-    if n_starts is not None:
-        raise ValueError(
-            f"n_starts = {shown(n_starts)} is for maps of R^n; f = {shown(f)} is a map of a line, "
-            "whose orbits are all found."
-        )
-    if period is None:
-        highest = whole_number("max_period", max_period, at_most=MOST_KEPT)
-        wanted = range(1, highest + 1)
-    else:
-        highest = whole_number("period", period, at_most=MOST_KEPT)
-        wanted = range(highest, highest + 1)
+    not_for("R^n", n_starts=n_starts is not None)
+    wanted = wanted_periods(max_period, period)
     table = branch_table(f, resolution)
     search = _Search(table)
-    for p, pieces in search.powers(highest, closed=not infinitely_unstable):
+    for p, pieces in search.powers(wanted[-1], closed=not infinitely_unstable):
         if p in wanted:
             search.add_orbits(pieces)
             if infinitely_unstable:
                 search.add_jump_orbits(pieces)
-    return search.result(highest)
+    return search.result(wanted[-1])
 
 
 def jump_orbits(table: BranchTable, max_period: int) -> list[PeriodicOrbit]:

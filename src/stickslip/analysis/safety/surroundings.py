@@ -17,6 +17,7 @@ from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
 from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates, sample_values
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.protocol import advance, apart, clip_to_domain, reduced
+from stickslip.numerics.zeros import halved
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -270,11 +271,11 @@ class SpaceSurroundings:
 
     def _bisected(self, base: Floats, ways: Floats) -> tuple[_Way, Floats]:
         """Return the shortest of ways cut where they leave the basin, and the ends of all."""
-        low, high = np.zeros(len(ways)), np.ones(len(ways))
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            out = self.fate(base + middle[:, None] * ways) != self.k
-            low, high = np.where(out, low, middle), np.where(out, middle, high)
+
+        def stays(share: Floats) -> Indices:
+            return self.fate(base + share[:, None] * ways) == self.k
+
+        low, high = halved(stays, np.zeros(len(ways)), np.ones(len(ways)), HALVINGS)
         lengths = np.linalg.norm(ways, axis=1)
         k = int(np.argmin(high * lengths))
         error = float((high[k] - low[k]) * lengths[k])
