@@ -78,7 +78,7 @@ class Settler:
     ) -> list[Motion]:
         """Find the attractors of the next map besides known stable cycles."""
         look = _Look(f, self.iterates, list(cycles))
-        look.go_on([motion for motion in self.motions if not look.hand_on(motion)])
+        look.go_on(self.motions)
         owner, seeds = _images(f, critical)
         fates = look.follow(np.concatenate([seeds, spread]))[: len(seeds)]
         self.motions = [
@@ -130,13 +130,10 @@ class _Look:
         """Cycles that were given, and those found."""
         return [*self.cycles, *(m.points for m in self.found if m.kind == "periodic")]
 
-    def hand_on(self, motion: Motion) -> bool:
-        """Find a cycle of the last map in this one; False if it must be iterated."""
-        return motion.kind == "periodic" and self._add_cycle(motion.points, RECURRING)
-
     def go_on(self, motions: Sequence[Motion]) -> None:
-        """Identify what became of other attractors of the last map."""
-        for motion in motions:
+        """Find the cycles of the last map in this one; identify what became of the others."""
+        rest = [m for m in motions if m.kind != "periodic" or not self._add_cycle(m.points)]
+        for motion in rest:
             tail = advance(self.f, motion.points[-1:], SHORT_BLOCK)
             if np.isfinite(tail[0, -1]):
                 self._identify(tail, self.iterates, was_chaotic=motion.kind == "chaotic")
@@ -254,13 +251,13 @@ class _Look:
         # The first periods, and the best: a multiple recurs more closely than the period itself.
         best = proposed[np.argsort(change[proposed - 1], kind="stable")][:TRIES]
         for period in sorted({*proposed[:TRIES].tolist(), *best.tolist()}):
-            if self._add_cycle(tail[-period:], RECURRING):
+            if self._add_cycle(tail[-period:]):
                 return True
         return False
 
-    def _add_cycle(self, points: Floats, moved: float) -> bool:
+    def _add_cycle(self, points: Floats) -> bool:
         """Polish a cycle; add it if it is stable and new. False if there is none."""
-        cycle = confirmed(self.f, points, moved)
+        cycle = confirmed(self.f, points, RECURRING)
         if cycle is None or not cycle.stable:
             return False
         near = SAME_POINT * self.width

@@ -193,13 +193,12 @@ def attractors_of(
     table: BranchTable,
     orbits: Iterable[PeriodicOrbit] = (),
     *,
-    n_starts: int = N_STARTS,
     max_period: int = LONGEST,
     max_steps: int = MAX_STEPS,
     fast: InterpolatedMap | None = None,
 ) -> AttractorList:
     """Find the attractors of a map whose table is at hand, stable known ``orbits`` included."""
-    spread, start = _seeds(f, table.laps, n_starts, None)
+    spread, start = _seeds(f, table.laps, N_STARTS, None)
     fast = interpolated_map(table) if fast is None else fast
     return _searched(f, table, fast, start, len(spread), max_period, max_steps, orbits, Work())
 

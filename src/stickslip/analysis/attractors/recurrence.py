@@ -73,10 +73,6 @@ class Cycle:
         """Whether the multiplier is too close to the unit circle to decide."""
         return abs(abs(self.multiplier) - 1) <= NEUTRAL
 
-    def matches(self, other: Cycle, tolerance: float) -> bool:
-        """Tell whether two cycles are the same orbit, whatever point they start from."""
-        return same_cycle(self.points, other.points, tolerance)
-
 
 def same_cycle(one: Floats, other: Floats, tolerance: float) -> bool:
     """Tell whether points are those of one orbit, whatever point they start from."""
@@ -263,6 +259,7 @@ def hidden_cycles(
         cycle = confirmed(f, starts[k], moved=HIDDEN)
         if cycle is None or not cycle.stable:
             continue
-        if not any(cycle.matches(other, SAME_POINT * width) for other in found):
+        near = SAME_POINT * width
+        if not any(same_cycle(cycle.points, other.points, near) for other in found):
             found.append(cycle)
     return found

@@ -33,6 +33,7 @@ from stickslip.analysis.attractors.recurrence import (
     neutral_family,
     promising,
     recurrences,
+    same_cycle,
     settled,
 )
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
@@ -179,7 +180,8 @@ class AttractorSearch:
         """Add a cycle unless it is known; return its place in the list."""
         tolerance = SAME_POINT * domain_width(self.f)
         for index, item in enumerate(self.known):
-            if item.cycle is not None and cycle.matches(item.cycle, tolerance):
+            known = item.cycle
+            if known is not None and same_cycle(cycle.points, known.points, tolerance):
                 return index
             if item.attractor.kind == "neutral" and item.attractor.contains(cycle.points[0]):
                 return index
