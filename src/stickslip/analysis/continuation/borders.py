@@ -79,27 +79,21 @@ def encounters(
 ) -> Iterator[Border]:
     """Name the likely borders between an orbit and its points that have left their pieces."""
     for index in departure.indices:
-        yield from _of_point(equations, index, points[index], value, departure)
-
-
-def _of_point(
-    equations: OrbitEquations, index: int, x: float, value: float, departure: Departure
-) -> Iterator[Border]:
-    """Name what stands in the way of one point."""
-    piece, gone_to = equations.pieces[index], float(departure.points[index])
-    # Orbit and break both move: between which of their places it lies is to be tried.
-    for q in (departure.value, value, 0.5 * (departure.value + value)):
-        found = _between(equations.at(q), piece, x, gone_to, index)
-        if found is not None:
+        x, gone_to = points[index], float(departure.points[index])
+        piece, middle = equations.pieces[index], 0.5 * (departure.value + value)
+        # Orbit and break both move: between which of their places it lies is to be tried.
+        tried = map(equations.at, (departure.value, value, middle))
+        met = (_between(f, piece, x, gone_to, index) for f in tried)
+        if (found := next(filter(None, met), None)) is not None:
             yield found
-            return
-    # Or the break has overtaken the orbit.
-    f = equations.at(value)
-    reach = OVERTAKES * abs(gone_to - x) + TINY * domain_width(f)
-    for side in (-1, 1):
-        found = _between(f, piece, x, float(np.clip(x - side * reach, *f.domain)), index)
-        if found is not None:
-            yield found
+            continue
+        # Or the break has overtaken the orbit.
+        f = equations.at(value)
+        reach = OVERTAKES * abs(gone_to - x) + TINY * domain_width(f)
+        for side in (-1, 1):
+            found = _between(f, piece, x, float(np.clip(x - side * reach, *f.domain)), index)
+            if found is not None:
+                yield found
 
 
 def _between(

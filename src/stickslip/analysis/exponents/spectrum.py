@@ -140,9 +140,10 @@ def checked_steps_of_mean(n: int, transient: int | None) -> tuple[int, int]:
 def largest_exponents(f: MapND, x: ArrayLike, n: int, skip: int) -> tuple[Floats, Floats]:
     """Return the largest exponent of the orbits from points (..., d), and the errors, (...)."""
     starts = space_points(f, "d", x)
-    rows = [_Growth(f, row, n, skip, 1) for row in starts.reshape(-1, f.dimension)]
+    rows = starts.reshape(-1, f.dimension)
     shape = starts.shape[:-1]
-    means, errors = np.array([_mean(row.logs) for row in rows]).reshape(-1, 2).T
+    found = [_mean(_growth(f, row, n, skip, 1)[0]) for row in rows]
+    means, errors = np.array(found).reshape(-1, 2).T
     return means.reshape(shape), errors.reshape(shape)
 
 
@@ -158,40 +159,38 @@ def exponent_along(jacobians: Floats) -> tuple[float, float, int]:
     return float(mean[0]), float(error[0]), len(logs)
 
 
-class _Growth:
-    """Logarithms of how the first k directions grow in each step of an orbit, shape (n, k)."""
-
-    def __init__(self, f: MapND, x: Floats, n: int, skip: int, k: int) -> None:
-        d = f.dimension
-        frame = np.linalg.qr(np.random.default_rng(0).normal(size=(d, d)))[0][:k].copy()
-        aligning = min(skip, ALIGNING)
-        total = aligning + n
-        image, growth = np.empty((k, d)), np.empty((total, k))
-        self.x = orbits(f, x[None], skip - aligning)[0, -1]
-        points, jacobians, time = [], np.empty((0, d, d)), 0.0
-        for start in range(0, total, CHUNK):
-            orbit = orbits(f, self.x[None], min(CHUNK, total - start))[0]
-            self.x = orbit[-1]
-            points.append(orbit[:-1])
-            if not np.isfinite(orbit).all():
-                growth[:] = time = np.nan
-                break
-            values = f.evaluate(orbit[:-1])
-            jacobians = np.ascontiguousarray(values.derivative)
-            carry_frame(jacobians, frame, image, growth[start : start + CHUNK])
-            lasting: Any = getattr(f, "period", np.nan)
-            if getattr(f, "whole_duration", False):
-                lasting = getattr(values, "duration", np.nan)
-            time += len(jacobians) * float(np.mean(lasting))
-        self.duration = time / total
-        with np.errstate(divide="ignore"):
-            self.logs = np.log(growth[aligning:])
-            visited = np.concatenate(points)
-            period = settled_period(visited, SETTLED * (1.0 + np.abs(visited).max()))
-            if period and period <= len(jacobians):
-                sizes = np.abs(multipliers_of(jacobians[len(jacobians) - period :]))[:k]
-                sizes[np.isneginf(self.logs).any(axis=0)] = 0.0  # not the rounding of a product
-                self.logs = np.broadcast_to(np.log(sizes) / period, (n, k))
+def _growth(f: MapND, x: Floats, n: int, skip: int, k: int) -> tuple[Floats, Floats, float]:
+    """Logarithms of growth in k directions, each step, (n, k); where the orbit ends; mean time."""
+    d = f.dimension
+    frame = np.linalg.qr(np.random.default_rng(0).normal(size=(d, d)))[0][:k].copy()
+    aligning = min(skip, ALIGNING)
+    total = aligning + n
+    image, growth = np.empty((k, d)), np.empty((total, k))
+    x = orbits(f, x[None], skip - aligning)[0, -1]
+    points, jacobians, time = [], np.empty((0, d, d)), 0.0
+    for start in range(0, total, CHUNK):
+        orbit = orbits(f, x[None], min(CHUNK, total - start))[0]
+        x = orbit[-1]
+        points.append(orbit[:-1])
+        if not np.isfinite(orbit).all():
+            growth[:] = time = np.nan
+            break
+        values = f.evaluate(orbit[:-1])
+        jacobians = np.ascontiguousarray(values.derivative)
+        carry_frame(jacobians, frame, image, growth[start : start + CHUNK])
+        lasting: Any = getattr(f, "period", np.nan)
+        if getattr(f, "whole_duration", False):
+            lasting = getattr(values, "duration", np.nan)
+        time += len(jacobians) * float(np.mean(lasting))
+    with np.errstate(divide="ignore"):
+        logs = np.log(growth[aligning:])
+        visited = np.concatenate(points)
+        period = settled_period(visited, SETTLED * (1.0 + np.abs(visited).max()))
+        if period and period <= len(jacobians):
+            sizes = np.abs(multipliers_of(jacobians[len(jacobians) - period :]))[:k]
+            sizes[np.isneginf(logs).any(axis=0)] = 0.0  # not the rounding of a product
+            logs = np.broadcast_to(np.log(sizes) / period, (n, k))
+    return logs, x, time / total
 
 
 def _mean(logs: Floats) -> tuple[Floats, Floats]:
@@ -206,11 +205,10 @@ def _mean(logs: Floats) -> tuple[Floats, Floats]:
 
 def _spectrum(f: MapND, x: Floats, n: int, skip: int) -> tuple[LyapunovSpectrum, Floats]:
     """Return the spectrum of an orbit, and the point that it comes to."""
-    growth = _Growth(f, x, n, skip, f.dimension)
-    mean, errors = _mean(growth.logs)
-    dimension = kaplan_yorke(mean, growth.logs)
-    found = LyapunovSpectrum(mean, errors, *dimension, n, skip, growth.duration)
-    return found, growth.x
+    logs, end, duration = _growth(f, x, n, skip, f.dimension)
+    mean, errors = _mean(logs)
+    dimension = kaplan_yorke(mean, logs)
+    return LyapunovSpectrum(mean, errors, *dimension, n, skip, duration), end
 
 
 def kaplan_yorke(values: Floats, logs: Floats) -> tuple[float, float]:
