@@ -121,10 +121,72 @@ def test_a_mode_crosses_beside_one_that_neither_grows_nor_decays() -> None:
     for name in ("V", "frequency", "crossing", "lyapunov"):
         assert getattr(point, name) == pytest.approx(getattr(alone, name), rel=1e-9), name
     assert alone.changes_stability
-    assert not point.changes_stability  # it is neutral beyond, which is not stable
+    assert point.changes_stability  # from growing to neutral
+    np.testing.assert_array_equal(found.critical_speeds, [point.V])
     (hopf,) = ss.follow(found, "V", (0.2, 0.8)).bifurcations
     assert hopf.value == pytest.approx(alone.V, rel=1e-12)
     assert "frequency 1, calms" in repr(hopf)
+
+
+@ss.friction_law
+def flat_then_rising(s: float) -> float:
+    """Constant up to s = 0.8, as far as small motions feel."""
+    return 0.3 + 0.1 * max(s - 0.8, 0.0) ** 2
+
+
+def test_a_mode_crosses_beside_one_that_is_neutral_in_part_of_the_range() -> None:
+    """The second block slides undamped below V = 0.8, and damped above."""
+    squealing = ss.PoppStelter(gamma=3)
+    model = ss.Blocks(
+        mass=[1, 1],
+        stiffness=np.diag([1.0, 0.5]),
+        damping=np.diag([0.5, 0.0]),
+        static=[1, 1],
+        friction=[squealing, flat_then_rising],
+        V=0.3,
+    )
+    (point,) = ss.equilibria(model, speeds=(0.1, 2.0))[0].hopf_points
+    assert point.V == pytest.approx((np.sqrt(6.0) - 1.0) / 3.0, rel=1e-12)  # 3 = c (1 + 3 V)^2
+    assert point.frequency == pytest.approx(1.0, rel=1e-12)
+    (hopf,) = ss.follow(ss.equilibria(model)[0], "V", (0.2, 1.5)).bifurcations
+    assert hopf.value == pytest.approx(point.V, rel=1e-12)
+
+
+def test_points_are_told_apart_that_lie_closer_than_their_growth_rates_show() -> None:
+    """Two blocks that do not feel each other, one damped more by 1e-9."""
+    law = ss.PoppStelter(gamma=3)
+    damping = np.array([0.5, 0.5 + 1e-9])
+    model = ss.Blocks(
+        mass=[1, 1],
+        stiffness=np.diag([1.0, 2.0]),
+        damping=np.diag(damping),
+        static=[1, 1],
+        friction=law,
+        V=0.3,
+    )
+    points = ss.equilibria(model)[0].hopf_points
+    speeds = (np.sqrt(3.0 / damping) - 1.0) / 3.0
+    np.testing.assert_allclose([point.V for point in points], speeds[::-1], rtol=1e-13)
+    np.testing.assert_allclose(
+        [point.frequency for point in points], [np.sqrt(2.0), 1.0], rtol=1e-8
+    )
+
+
+def test_hopf_points_are_looked_for_when_they_are_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model = ss.Oscillator(V=0.4, friction=ss.PoppStelter(gamma=3), damping=0.5)
+    (found,) = ss.equilibria(model, speeds=(0.1, 1.0))
+    curve = ss.follow(found, "damping", (0.4, 0.6))
+    searches: list[object] = []
+    monkeypatch.setattr(
+        "stickslip.mechanics.cycle.equilibria.hopf_points",
+        lambda *given: searches.append(given) or (),
+    )
+    assert curve.at(damping=0.55).stable == (0.55 * 2.2**2 > 3.0)
+    assert not searches
+    assert found.hopf_points == found.hopf_points == ()
+    assert searches == [(model, (0.1, 1.0))]
 
 
 def test_two_modes_may_cross_at_one_speed() -> None:

@@ -8,23 +8,63 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 
+KXX, KYY, KXY, KN = 2.0, 1.3, 0.35, 1.1
+MEET = (KXY + (KXX - KYY) ** 2 / (4 * KXY)) / KN  # friction at which a brake's two modes meet
+
+
+def brake(beside: list[float], damping: float = 0.0) -> ss.Structure:
+    """Hoffmann et al., Mech. Res. Comm. 29 (2002): the normal force is carried by a spring."""
+    n = 2 + len(beside)
+    stiffness, load = np.diag([KXX, KYY, *beside]), np.zeros(n)
+    stiffness[0, 1] = stiffness[1, 0] = KXY
+    load[1] = KN
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), static=2.0, V=0.5, load=load)
+    damped = np.diag([0.0, 0.0, *np.full(n - 2, damping)])
+    return ss.Structure(np.ones(n), stiffness, damping=damped, contacts=[contact])
+
 
 def test_a_brake_with_mode_coupling_flutters_where_its_modes_meet() -> None:
-    """Hoffmann et al., Mech. Res. Comm. 29 (2002): the normal force is carried by a spring."""
-    kxx, kyy, kxy, kn = 2.0, 1.3, 0.35, 1.1
-    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), static=2.0, V=0.5, load=[0.0, kn, 0.0])
-    stiffness = [[kxx, kxy, 0.0], [kxy, kyy, 0.0], [0.0, 0.0, 9.0]]  # the third body stands by
-    brake = ss.Structure(mass=[1, 1, 1], stiffness=stiffness, contacts=[contact])
-    critical = (kxy + (kxx - kyy) ** 2 / (4 * kxy)) / kn
-    (sliding,) = ss.equilibria(brake)
+    model = brake([9.0])  # the third body stands by
+    (sliding,) = ss.equilibria(model)
     (flutter,) = ss.follow(sliding, "mu_1", (0.1, 1.0)).bifurcations
     assert flutter.kind == "flutter"
-    assert flutter.value == pytest.approx(critical, rel=1e-12)
+    assert flutter.value == pytest.approx(MEET, rel=1e-12)
     frequency = flutter.multipliers[0].imag
-    assert frequency**2 == pytest.approx((kxx + kyy) / 2, rel=1e-7)  # a double eigenvalue
+    assert frequency**2 == pytest.approx((KXX + KYY) / 2, rel=1e-12)
     # In balance the load is that of the normal force with friction.
     x, y, _ = sliding.x
-    np.testing.assert_allclose(kxx * x + kxy * y, 0.3 * (2.0 + kn * y), rtol=1e-14)
+    np.testing.assert_allclose(KXX * x + KXY * y, 0.3 * (2.0 + KN * y), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("beside", "half"), [([9.0, 9.001], 0.1), ([9.0, 9.0], 0.28), ([1.648, 1.652], 0.3)]
+)
+def test_bystanders_hide_no_flutter(beside: list[float], half: float) -> None:
+    """Modes nearer to each other, or to the pair, than it is; the grid hits where it meets."""
+    model = brake(beside).replace(mu_1=MEET)
+    (flutter,) = ss.follow(ss.equilibria(model)[0], "mu_1", (MEET - half, MEET + half)).bifurcations
+    assert flutter.kind == "flutter"
+    assert flutter.value == pytest.approx(MEET, rel=1e-12)
+    assert flutter.multipliers[0].imag == pytest.approx(np.sqrt((KXX + KYY) / 2), rel=1e-12)
+
+
+@pytest.mark.parametrize("damping", [-0.1, 0.1])
+def test_flutter_beside_a_mode_that_grows_or_decays(damping: float) -> None:
+    (sliding,) = ss.equilibria(brake([5.0], damping))
+    (flutter,) = ss.follow(sliding, "mu_1", (0.1, 1.0)).bifurcations
+    assert flutter.value == pytest.approx(MEET, rel=1e-12)
+    assert ("another mode" in flutter.what) == (damping < 0)
+
+
+def test_a_load_that_outweighs_the_spring_leaves_no_balance() -> None:
+    """The friction 2 mu x of a load outweighs the spring where 2 mu = 1: x runs to infinity."""
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.5, load=[2.0])
+    model = ss.Structure([1.0], [[1.0]], damping=[[0.1]], contacts=[contact])
+    (sliding,) = ss.equilibria(model)
+    assert sliding.x[0] == pytest.approx(0.3 / 0.4, rel=1e-14)
+    assert ss.equilibria(model.replace(mu_1=0.5)) == ()
+    with pytest.raises(ValueError, match="no forces balance between mu_1 = "):
+        ss.follow(sliding, "mu_1", (0.1, 0.99))
 
 
 def test_hopf_points_of_a_drill_string() -> None:

@@ -10,20 +10,19 @@ import numpy as np
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.continuation.follower import contained
 from stickslip.checks import checked_interval
-from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibria, equilibrium_at
-from stickslip.mechanics.cycle.hopf import NEUTRAL, coalescences, crossings, rates_beside
+from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibrium_at
+from stickslip.mechanics.cycle.hopf import NEUTRAL, FollowedModes, effect
 from stickslip.mechanics.cycle.sliding import Model, steady_states
 from stickslip.mechanics.model.arguments import checked_parameter
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from stickslip.numerics.arrays import Complexes, Floats
 
 N_VALUES: Final = 401  # over the range; two crossings between neighbours may be missed
 BESIDE: Final = 1e-6  # of the range: where stability is looked at beside a Hopf point
 ROUNDING: Final = 4e-16  # of a value
+EFFECTS: Final = {-1: "calms", 0: "another mode", 1: "starts to grow"}
 
 
 @part
@@ -36,9 +35,9 @@ class EquilibriumProblem(Problem):
 
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Equilibrium:
         """Solve for steady sliding at a value."""
-        found = equilibria(self.system.replace(**{name: value}))
-        x = curve.points[row]
-        return min(found, key=lambda each: float(np.abs(each.x - x).max()))
+        model, x = self.system.replace(**{name: value}), curve.points[row]
+        nearest = min(steady_states(model), key=lambda each: float(np.abs(each.x - x).max()))
+        return equilibrium_at(model, nearest)
 
 
 def follow_equilibrium(
@@ -66,27 +65,29 @@ def follow_equilibrium(
 
     points = np.array([at(value).x for value in values.tolist()])
     spectra = np.array([eigenvalues(value) for value in values.tolist()])
-    events = []
-    found = [("hopf", value) for value in crossings(eigenvalues, values)]
-    found += [("flutter", value) for value in coalescences(eigenvalues, values)]
-    for kind, value in sorted(found, key=lambda each: each[1]):
-        here = at(value)
-        beside = [eigenvalues(value + sign * BESIDE * (high - low)) for sign in (-1, 1)]
-        critical = np.array([_crossing(here.eigenvalues, beside)])
-        below, above = (
-            each.real.max() * (abs(each.real.max()) > NEUTRAL * np.abs(each).max())
-            for each in beside
+    # The product of all modes changes its sign where the balance of forces is singular.
+    turned = np.cos(np.angle(spectra).sum(axis=1)) < 0.0
+    for k in np.flatnonzero(turned[:-1] != turned[1:]).tolist():
+        raise ValueError(
+            "the steady sliding ends within the range: no forces balance between "
+            f"{parameter} = {values[k]:.15g} and {values[k + 1]:.15g}."
         )
-        what = "another mode" if below * above > 0 else "calms" if below > 0 else "starts to grow"
+    events = []
+    followed = FollowedModes(eigenvalues, values)
+    found = [("hopf", *each) for each in followed.crossings()]
+    found += [("flutter", *each) for each in followed.coalescences()]
+    for kind, value, mode in sorted(found, key=lambda each: each[1]):
+        step = BESIDE * (high - low)
+        what = EFFECTS[effect(eigenvalues(value - step), eigenvalues(value + step))]
         events.append(
             CurveEvent(
                 kind,
                 {parameter: value},
-                here.x,
-                critical,
+                at(value).x,
+                np.array([mode]),
                 ROUNDING * abs(value),
                 int(np.searchsorted(values, value, side="right")) - 1,
-                f"frequency {critical[0].imag:.10g}, {what} as {parameter} grows",
+                f"frequency {mode.imag:.10g}, {what} as {parameter} grows",
             )
         )
     return Curve(
@@ -103,12 +104,6 @@ def follow_equilibrium(
         data={},
         problem=EquilibriumProblem(model),
     )
-
-
-def _crossing(values: Complexes, beside: Sequence[Complexes]) -> complex:
-    """Mode that crosses the axis; one that is neutral on either side too does not."""
-    upper = values[values.imag > 0].tolist()
-    return min(upper, key=lambda mode: (not any(rates_beside(mode, beside)), abs(mode.real)))
 
 
 def _sliding(model: Model, w: Floats) -> Equilibrium:

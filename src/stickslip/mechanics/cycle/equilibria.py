@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.numerics.arrays import Floats
+
+SPEEDS: Final = (1e-4, 1e2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,11 +43,8 @@ class Equilibrium(Result):
         All growth rates are negative; an undamped mode makes it neutral, which is not stable.
     neutral : bool
         The largest growth rate is zero: small motions neither grow nor decay.
-    neutral_family : NeutralFamily or None
-        Without damping and with constant friction: the motions about it, none of which is a
-        cycle, and where they graze the belt.
-    hopf_points : tuple of HopfPoint
-        Where a pair of modes begins or ceases to grow in the range of belt speeds searched.
+    speeds : tuple of float
+        Range of belt speeds in which `hopf_points` are looked for.
     model : TwoBlock, Blocks, Chain, Oscillator or Structure
     """
 
@@ -54,10 +54,22 @@ class Equilibrium(Result):
     eigenvalues: NDArray[np.complex128]
     stable: bool
     neutral: bool
-    neutral_family: NeutralFamily | None
-    hopf_points: tuple[HopfPoint, ...]
+    speeds: tuple[float, float]
     model: Model = field(repr=False)
     _drawn: ClassVar = ("growth_rate", "frequency")
+
+    @cached_property
+    def neutral_family(self) -> NeutralFamily | None:
+        """The motions about it, none of which is a cycle, and where they graze the belt.
+
+        None unless undamped and under constant friction.
+        """
+        return neutral_family(self.model)
+
+    @cached_property
+    def hopf_points(self) -> tuple[HopfPoint, ...]:
+        """Where a pair of modes begins or ceases to grow in the range of belt speeds."""
+        return hopf_points(self.model, self.speeds) if "V" in self.model.parameters else ()
 
     @property
     def critical_speeds(self) -> Floats:
@@ -86,9 +98,7 @@ class Equilibrium(Result):
 
 
 @suggests
-def equilibria(
-    model: Model, *, speeds: tuple[float, float] = (1e-4, 1e2)
-) -> tuple[Equilibrium, ...]:
+def equilibria(model: Model, *, speeds: tuple[float, float] = SPEEDS) -> tuple[Equilibrium, ...]:
     """Find the steady sliding of a model, its stability, and where that changes with V.
 
     Parameters
@@ -132,15 +142,12 @@ def equilibria(
     low, high = checked_interval("speeds", speeds)
     if low <= 0.0:
         raise ValueError(f"speeds = {shown(speeds)} is not allowed: belt speeds above 0")
-    points = hopf_points(model, (low, high)) if "V" in model.parameters else ()
-    family = neutral_family(model)
-    return tuple(
-        replace(equilibrium_at(model, steady), neutral_family=family, hopf_points=points)
-        for steady in steady_states(model)
-    )
+    return tuple(equilibrium_at(model, steady, (low, high)) for steady in steady_states(model))
 
 
-def equilibrium_at(model: Model, steady: Steady) -> Equilibrium:
+def equilibrium_at(
+    model: Model, steady: Steady, speeds: tuple[float, float] = SPEEDS
+) -> Equilibrium:
     """Describe steady sliding and its stability."""
     values = modes_about(model.plant, model.laws, steady).values
     largest = float(values[0].real)
@@ -152,7 +159,6 @@ def equilibrium_at(model: Model, steady: Steady) -> Equilibrium:
         eigenvalues=values,
         stable=largest < 0.0 and not neutral,
         neutral=neutral,
-        neutral_family=None,
-        hopf_points=(),
+        speeds=speeds,
         model=model,
     )

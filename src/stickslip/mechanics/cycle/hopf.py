@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq, linear_sum_assignment, minimize_scalar
 
 from stickslip.checks import finite_number
 from stickslip.mechanics.cycle.sliding import (
@@ -21,13 +22,14 @@ from stickslip.results.result import Result
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from numpy.typing import NDArray
+
     from stickslip.numerics.arrays import Complexes, Floats
 
 
 N_SPEEDS: Final = 400
 NEUTRAL: Final = 1e-12  # of the largest frequency: growth rates this small are rounding
 SAME: Final = 1e-11  # relative: speeds that rounding tells apart
-CRITICAL: Final = 1e-9  # of the largest frequency: growth rates of the pairs that cross
 DEGENERATE: Final = 1e-9  # of the sizes that cancel in it: a Lyapunov coefficient of no sign
 SPEED_STEP: Final = 1e-5  # relative, of the central difference of the growth rate
 
@@ -50,7 +52,7 @@ class HopfPoint(Result):
         Derivative of the growth rate with V: negative where the motion calms as the belt
         becomes faster.
     changes_stability : bool
-        Steady sliding is stable on one side and not on the other: no other mode grows there.
+        Steady sliding is unstable on one side and not on the other: no other mode grows there.
     lyapunov : float or None
         First Lyapunov coefficient; None for a law that has no series.
     criticality : {"super", "sub", None}
@@ -119,65 +121,110 @@ def hopf_points(model: Model, speeds: tuple[float, float]) -> tuple[HopfPoint, .
     Pairs alone cross the axis, as K is regular: sign changes of growth rates on a
     grid, and extrema that a parabola carries across zero, are bracketed.
     """
-    found = crossings(lambda V: modes(model, V).values, np.geomspace(*speeds, N_SPEEDS))
-    return tuple(point for V in found for point in _points(model, V))
+    grid = np.geomspace(*speeds, N_SPEEDS)
+    found = FollowedModes(lambda V: modes(model, V).values, grid).crossings()
+    return tuple(
+        point
+        for V, group in groupby(found, key=lambda each: each[0])
+        for point in _points(model, V, [mode for _, mode in group])
+    )
 
 
-def crossings(eigenvalues: Callable[[float], Complexes], grid: Floats) -> list[float]:
-    """Parameter values at which a pair of sorted eigenvalues crosses the imaginary axis."""
-    every = np.array([_growth_rates(eigenvalues(value)) for value in grid.tolist()])
-    # Modes that are neutral everywhere stand between growing ones and others: a pair that crosses
-    # would change places with them, and no sorted rate its sign.
-    neutral = int((every == 0.0).sum(axis=1).min())
+class FollowedModes:
+    """Modes along a parameter, each followed to the nearest one at the next value of a grid."""
 
-    def others(rates: Floats) -> Floats:
-        return np.delete(rates, np.argsort(np.abs(rates), kind="stable")[:neutral])
+    def __init__(self, eigenvalues: Callable[[float], Complexes], grid: Floats) -> None:
+        self.eigenvalues, self.grid = eigenvalues, grid
+        rows = [eigenvalues(value) for value in grid.tolist()]
+        for k in range(1, len(rows)):
+            rows[k] = rows[k][nearest(rows[k - 1], rows[k])]
+        self.values = np.array(rows)  # a column each mode
+        self.rates = np.array([_growth_rates(row) for row in rows])
 
-    rates = np.array([others(row) for row in every])
-    found: list[float] = []
-    for j in range(rates.shape[1]):
+    def crossings(self) -> list[tuple[float, complex]]:
+        """Values at which pairs cross the imaginary axis, ascending, and the upper mode of each."""
+        found: list[tuple[float, int]] = []
+        for mode, rates in enumerate(self.rates.T):
 
-        def rate(value: float, j: int = j) -> float:
-            return float(others(eigenvalues(value).real)[j])
+            def rate(value: float, mode: int = mode) -> float:
+                return self._at(value, mode).real
 
-        for low, high in _brackets(rate, grid, rates[:, j]):
-            found.append(float(brentq(rate, low, high, xtol=1e-300, rtol=1e-15)))
-    # Both members of a pair cross at one value, and are two sorted rates.
-    found.sort()
-    return [
-        value
-        for k, value in enumerate(found)
-        if k == 0 or value - found[k - 1] > SAME * abs(found[k - 1])
-    ]
+            for low, high in _brackets(rate, self.grid, rates):
+                if max(self._at(end, mode).imag for end in (low, high)) > 0.0:
+                    found.append((float(brentq(rate, low, high, xtol=1e-300, rtol=1e-15)), mode))
+        crossed: list[tuple[float, complex]] = []
+        for value, mode in sorted(found):
+            if crossed and value - crossed[-1][0] <= SAME * abs(value):
+                value = crossed[-1][0]  # several cross there
+            crossed.append((value, self._at(value, mode)))
+        return crossed
+
+    def coalescences(self) -> list[tuple[float, complex]]:
+        """Values at which undamped modes meet and part into one that grows, one that decays.
+
+        There the square of the modes' difference changes its sign smoothly, while each has the
+        accuracy of a root: flutter without damping.
+        """
+        neutral, found = self.rates == 0.0, set()
+        for row, mode in np.argwhere(neutral[:-1] != neutral[1:]).tolist():
+            apart, way = (row, 1) if neutral[row, mode] else (row + 1, -1)
+            for parted in (apart + way, apart + 2 * way):  # the grid may hit where they meet
+                if 0 <= parted < len(self.grid) and (met := self._met(apart, parted, mode)):
+                    found.add(met)
+                    break
+        return sorted(found, key=lambda each: each[0])
+
+    def _at(self, value: float, mode: int) -> complex:
+        values, near = self.eigenvalues(value), np.interp(value, self.grid, self.values[:, mode])
+        return complex(values[np.argmin(np.abs(values - near))])
+
+    def _met(self, apart: int, parted: int, first: int) -> tuple[float, complex] | None:
+        """Where a mode and another one meet between two values of the grid, and what they are."""
+        ends = [apart, parted]
+        others = np.abs(self.values[parted] + np.conj(self.values[parted, first]))
+        others[first] = np.inf
+        pair = sorted((first, int(np.argmin(others))))
+        start, end = (self._smooth(*self.values[each, pair]) for each in ends)
+        upper = (self.values[ends][:, pair].imag > 0.0).all()
+        if not upper or self.rates[apart, pair].any() or start[1].real * end[1].real >= 0.0:
+            return None
+
+        def near(value: float) -> Complexes:
+            values = self.eigenvalues(value)
+            values = values[values.imag > 0.0]
+            one, other = np.triu_indices(len(values), 1)
+            means, squares = self._smooth(values[one], values[other])
+            share = (value - self.grid[apart]) / (self.grid[parted] - self.grid[apart])
+            mean, square = start + share * (end - start)
+            off = np.abs(means - mean) ** 2 + np.abs(squares - square)
+            k = np.argmin(off)
+            return np.array([means[k], squares[k]])
+
+        a, b = sorted(self.grid[ends].tolist())
+        value = float(brentq(lambda p: float(near(p)[1].real), a, b, xtol=1e-300, rtol=1e-15))
+        return value, complex(near(value)[0])
+
+    @staticmethod
+    def _smooth(one: Complexes, other: Complexes) -> Complexes:
+        """Mean of two modes and square of their difference, which are smooth where they meet."""
+        return np.array([(one + other) / 2.0, (one - other) ** 2])
 
 
-def coalescences(eigenvalues: Callable[[float], Complexes], grid: Floats) -> list[float]:
-    """Parameter values at which undamped modes meet and part into one that grows, one that decays.
-
-    There the square of the modes' difference changes its sign smoothly: flutter without damping.
-    """
-
-    def square(value: float) -> float:
-        values = eigenvalues(value)
-        upper = values[values.imag > 0]
-        first, second = np.triu_indices(len(upper), 1)
-        squares = (upper[first] - upper[second]) ** 2
-        return float(squares[np.argmin(np.abs(squares))].real) if len(squares) else np.nan
-
-    neutral = [_growth_rates(eigenvalues(value))[0] == 0.0 for value in grid.tolist()]
-    ends = [(grid[k], grid[k + 1]) for k in np.flatnonzero(np.diff(neutral))]
-    return [
-        float(brentq(square, low, high, xtol=1e-300, rtol=1e-15))
-        for low, high in ends
-        if square(low) * square(high) < 0.0
-    ]
+def nearest(modes: Complexes, values: Complexes) -> NDArray[np.intp]:
+    """Which of some values is each mode's own: all together move as little as they can."""
+    return np.asarray(linear_sum_assignment(np.abs(modes[:, None] - values))[1])
 
 
 def _growth_rates(values: Complexes) -> Floats:
-    """Real parts, descending; exactly 0 where rounding explains the difference."""
+    """Real parts; exactly 0 where rounding explains the difference."""
     rates = values.real.copy()
     rates[np.abs(rates) <= NEUTRAL * np.abs(values).max()] = 0.0
     return rates
+
+
+def effect(below: Complexes, above: Complexes) -> int:
+    """1 if steady sliding begins to be unstable, -1 if it ceases to be, 0 if it does neither."""
+    return int(_growth_rates(above).max() > 0.0) - int(_growth_rates(below).max() > 0.0)
 
 
 def rates_beside(mode: complex, beside: Sequence[Complexes]) -> list[float]:
@@ -207,20 +254,17 @@ def _brackets(
     return brackets
 
 
-def _points(model: Model, V: float) -> list[HopfPoint]:
+def _points(model: Model, V: float, crossing: Sequence[complex]) -> list[HopfPoint]:
     """Every pair of modes that crosses at a speed (two, where a symmetry makes them)."""
     here = model.replace(V=V)
     linear = modes(here, V)
-    size = np.abs(linear.values).max()
-    critical = (np.abs(linear.values.real) <= CRITICAL * size) & (linear.values.imag > 0)
     step = SPEED_STEP * V
     beside = [modes(model, V + sign * step).values for sign in (-1, 1)]
-    changes = bool(np.prod([_growth_rates(values)[0] for values in beside]) < 0)
+    changes = effect(*beside) != 0
     found = []
-    for k in np.flatnonzero(critical):
+    for k in sorted(nearest(np.array(crossing), linear.values).tolist()):
         before, after = rates_beside(linear.values[k], beside)
-        if before or after:  # it is not neutral there too
-            found.append(_point(here, linear, int(k), (after - before) / (2 * step), changes))
+        found.append(_point(here, linear, k, (after - before) / (2 * step), changes))
     return found
 
 

@@ -56,7 +56,10 @@ def steady_states(model: Model, V: float = math.nan, near: Floats | None = None)
             size = max(float(np.abs(everywhere).max()), float(np.abs(plant.V).max()), STILL)
             sides = np.sign(everywhere[0]) + (everywhere[0] == 0.0)
             speeds = _possible_speeds(plant, model.laws, size * sides, WIDE)
-    return [_steady(plant, model.laws, w) for w in speeds]
+    try:
+        return [_steady(plant, model.laws, w) for w in speeds]
+    except np.linalg.LinAlgError:  # loads make the balance singular
+        return []
 
 
 def _steady(plant: Plant, laws: Sequence[FrictionLaw], w: Floats) -> Steady:
