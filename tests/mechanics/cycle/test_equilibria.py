@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.mechanics.cycle.hopf import FollowedModes
 from stickslip.mechanics.cycle.sliding import force_derivatives
 
 
@@ -172,6 +173,16 @@ def test_points_are_told_apart_that_lie_closer_than_their_growth_rates_show() ->
     )
 
 
+def test_modes_that_are_neutral_between_two_values_do_not_cross_there() -> None:
+    """They part on both sides of p = 0; between, a rate of -1e-15 is rounding."""
+
+    def eigenvalues(p: float) -> np.ndarray:
+        upper = 1j - 1e-15 + np.sqrt(complex(p**2 - 0.3**2)) * np.array([1.0, -1.0])
+        return np.concatenate([upper, upper.conj()])
+
+    assert FollowedModes(eigenvalues, np.arange(-5.4, 6.0)).crossings() == []
+
+
 def test_hopf_points_are_looked_for_when_they_are_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -179,10 +190,12 @@ def test_hopf_points_are_looked_for_when_they_are_asked_for(
     (found,) = ss.equilibria(model, speeds=(0.1, 1.0))
     curve = ss.follow(found, "damping", (0.4, 0.6))
     searches: list[object] = []
-    monkeypatch.setattr(
-        "stickslip.mechanics.cycle.equilibria.hopf_points",
-        lambda *given: searches.append(given) or (),
-    )
+
+    def noted(*given: object) -> tuple[object, ...]:
+        searches.append(given)
+        return ()
+
+    monkeypatch.setattr("stickslip.mechanics.cycle.equilibria.hopf_points", noted)
     assert curve.at(damping=0.55).stable == (0.55 * 2.2**2 > 3.0)
     assert not searches
     assert found.hopf_points == found.hopf_points == ()

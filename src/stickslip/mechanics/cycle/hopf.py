@@ -144,12 +144,13 @@ class FollowedModes:
     def crossings(self) -> list[tuple[float, complex]]:
         """Values at which pairs cross the imaginary axis, ascending, and the upper mode of each."""
         found: list[tuple[float, int]] = []
+        least = NEUTRAL * float(np.abs(self.values).max())
         for mode, rates in enumerate(self.rates.T):
 
             def rate(value: float, mode: int = mode) -> float:
                 return self._at(value, mode).real
 
-            for low, high in _brackets(rate, self.grid, rates):
+            for low, high in _brackets(rate, self.grid, rates, least):
                 if max(self._at(end, mode).imag for end in (low, high)) > 0.0:
                     found.append((float(brentq(rate, low, high, xtol=1e-300, rtol=1e-15)), mode))
         crossed: list[tuple[float, complex]] = []
@@ -233,9 +234,9 @@ def rates_beside(mode: complex, beside: Sequence[Complexes]) -> list[float]:
 
 
 def _brackets(
-    rate: Callable[[float], float], grid: Floats, values: Floats
+    rate: Callable[[float], float], grid: Floats, values: Floats, least: float
 ) -> list[tuple[float, float]]:
-    """Intervals over which a function changes its sign."""
+    """Intervals over which a function changes its sign, for `least` in between."""
     brackets: list[tuple[float, float]] = []
     for k in range(len(grid) - 1):
         if values[k] * values[k + 1] < 0:
@@ -249,7 +250,7 @@ def _brackets(
             ends = float(grid[k - 1]), float(grid[k + 1])
             sign = float(np.sign(values[k]))
             lowest = minimize_scalar(lambda V, s=sign: s * rate(V), bounds=ends, method="bounded")
-            if sign * rate(float(lowest.x)) < 0:
+            if sign * rate(float(lowest.x)) < -least:
                 brackets += [(ends[0], float(lowest.x)), (float(lowest.x), ends[1])]
     return brackets
 
