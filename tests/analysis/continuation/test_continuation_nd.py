@@ -7,6 +7,7 @@ import pytest
 from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kinked
 
 from stickslip.analysis.continuation.continuation import follow_orbit
+from stickslip.analysis.maps.map import Map
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.results.files import load, save
 
@@ -166,3 +167,46 @@ def test_a_branch_is_saved_and_loaded_exactly(fixed, tmp_path):
     assert again.all_at(a=0.2)[0].residual < 1e-14
     save(fixed.ends, tmp_path / "ends")
     assert load(tmp_path / "ends")[1].reason == fixed.ends[1].reason
+
+
+# ------------------------------------------------------------------ angles
+
+
+def circle_map(om, K):
+    """Arnold's map of the circle, an angle in turns."""
+
+    def func(x, om, K):
+        return x + om - K / (2 * np.pi) * np.sin(2 * np.pi * x)
+
+    return Map(func, 1, parameters={"om": om, "K": K}, periodic=[1.0])
+
+
+def test_a_curve_that_comes_back_after_turning_round_is_closed():
+    """The points of the cycle of rotation number 1/2 drift round as its tongue is crossed."""
+    f = circle_map(0.5, 0.9)
+    for orbit in periodic_orbits(f, period=2):
+        branch = follow_orbit(orbit, f, "om", (0.45, 0.55))
+        assert branch.end_reasons == ("closed", "closed")
+        folds = [b.value for b in branch.bifurcations if b.kind == "fold"]
+        assert len(folds) == 2
+        assert sum(folds) == pytest.approx(1.0, rel=EXACT)  # x -> -x takes om to 1 - om
+        assert len(branch.all_at(om=0.5)) == 2
+
+
+def test_halves_of_an_orbit_that_merge_across_a_turn():
+    """0 flips where 1 - K = -1; its double lies on both sides of 0, which is 1."""
+    f = circle_map(0.0, 2.3)
+    (orbit,) = periodic_orbits(f, period=2)
+    branch = follow_orbit(orbit, f, "K", (1.5, 2.5))
+    assert branch.end_reasons == ("period halves", "end of range")
+    assert branch.ends[0].value == pytest.approx(2.0, rel=EXACT)
+    assert np.ptp(branch.ends[0].points) == pytest.approx(1.0, rel=EXACT)
+    np.testing.assert_allclose(branch.points[0], branch.points[1], rtol=0, atol=0.1)
+    assert not branch.bifurcations
+
+
+def test_halves_a_half_turn_apart_do_not_merge():
+    f = circle_map(0.5, 0.9)
+    orbit = next(o for o in periodic_orbits(f, period=2) if o.stable)  # 0 and 1/2
+    branch = follow_orbit(orbit, f, "om", (0.48, 0.52))
+    assert branch.end_reasons == ("end of range", "end of range")

@@ -131,6 +131,10 @@ class Follower:
         """Return all points that stand for one solution that the curve may come back to."""
         return (point,)
 
+    def near(self, point: CurvePoint, here: CurvePoint) -> CurvePoint:
+        """Return a point where it is closest to another, of all places that are the same."""
+        return point
+
     def tests(self, here: CurvePoint, new: CurvePoint) -> Iterator[tuple[str, Test]]:
         """Functions along the curve that vanish at bifurcations."""
         yield "fold", _rate
@@ -310,9 +314,10 @@ class Follower:
         self, here: CurvePoint, new: CurvePoint, goals: Sequence[CurvePoint]
     ) -> tuple[float, CurvePoint] | None:
         """Find a goal that a step passes: the share of the step, and the goal."""
-        for image in goals:
-            if len(image.y) != len(new.y):
+        for goal in goals:
+            if len(goal.y) != len(new.y):
                 continue
+            image = self.near(goal, here)
             step, share = new.y - here.y, self._share(here, new, image)
             aside, length = (
                 float(np.linalg.norm(way / self.curve.scale))

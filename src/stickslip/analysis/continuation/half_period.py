@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.maps.protocol import turned_near
 from stickslip.numerics.roots import EPSILON
 
 if TYPE_CHECKING:
@@ -22,20 +23,22 @@ ROUNDING: Final = 4 * EPSILON
 NOISE: Final = 1e-9  # of multiplier + 1: steps that do not shrink below it are rounding
 
 
-def shrinks_to_half(before: Floats, after: Floats) -> bool:
+def shrinks_to_half(f: Any, before: Floats, after: Floats) -> bool:
     """Tell whether an orbit passed through one of half its period: its halves changed places."""
     half, odd = divmod(len(before), 2)
     if odd:
         return False
-    turn = (before[:half] - before[half:]) * (after[:half] - after[half:])
-    return bool((turn.reshape(half, -1).sum(axis=1) < 0).all())
+    one, other = np.split(before, 2)
+    turned = turned_near(f, other, one) - other
+    first, second = np.split(after, 2)
+    moved = (one - other - turned) * (first - second - turned)
+    return bool((moved.reshape(half, -1).sum(axis=1) < 0).all())
 
 
 def flip_of_half(
-    solve: Solve, points: Floats, value: float, low: float, high: float
+    solve: Solve, half: Floats, value: float, low: float, high: float
 ) -> tuple[float, Floats] | None:
-    """Find the flip to which an orbit of even period shrinks: the value, and half the orbit."""
-    half = 0.5 * (points[: len(points) // 2] + points[len(points) // 2 :])
+    """Find the flip near a guess, and the orbit that flips there."""
     aside = FIRST_CHANGE * (high - low)
     old = value + aside if value + aside <= high else value - aside
     half, g_old = solve(old, half)

@@ -19,7 +19,7 @@ from stickslip.analysis.continuation.follower import (
 )
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
-from stickslip.analysis.maps.protocol import MapND, apart, domain_width, sample
+from stickslip.analysis.maps.protocol import MapND, apart, domain_width, sample, turned_near
 from stickslip.analysis.orbits.newton import (
     EPS,
     ROUNDINGS,
@@ -29,7 +29,12 @@ from stickslip.analysis.orbits.newton import (
     solve_orbits,
 )
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
-from stickslip.analysis.orbits.orbits_nd import multipliers_of, orbit_nd_of, solve_orbit_nd
+from stickslip.analysis.orbits.orbits_nd import (
+    multipliers_of,
+    orbit_nd_of,
+    same_points,
+    solve_orbit_nd,
+)
 from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
 from stickslip.status import OK
@@ -124,6 +129,11 @@ class OrbitFollower(Follower):
                 note=point.note.turned(turn),
             )
 
+    def near(self, point: CurvePoint, here: CurvePoint) -> CurvePoint:
+        """Turn the angles of a point by whole periods."""
+        turned = turned_near(self.f, self.points(point), self.points(here))
+        return replace(point, y=np.append(turned.ravel(), point.parameter))
+
     def accept(self, here: CurvePoint, new: CurvePoint) -> None:
         """Let no slope change by much."""
         before, after = here.note.slopes, new.note.slopes
@@ -132,19 +142,21 @@ class OrbitFollower(Follower):
 
     def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
         """Solve for bifurcations, and for the orbit of half the period that ends the curve."""
-        if shrinks_to_half(self.points(here), self.points(new)):
+        if shrinks_to_half(self.f, self.points(here), self.points(new)):
             yield self._merged(here)
         else:
             yield from super().passed(here, new)
 
     def _merged(self, last: CurvePoint) -> Passed:
         """Solve for the flip at which the orbit merges with one of half its period."""
-        start = self.points(last), last.parameter
-        found = flip_of_half(self.solved, *start, self.low, self.high)
+        before = self.points(last)
+        one, other = np.split(before, 2)
+        middle = 0.5 * (one + turned_near(self.f, other, one))
+        found = flip_of_half(self.solved, middle, last.parameter, self.low, self.high)
         if found is None:
             raise StepTooLong("no flip of half the orbit")
         value, half = found
-        points = np.concatenate([half, half])
+        points = turned_near(self.f, np.concatenate([half, half]), before)
         values = sample(self.equations.at(value), points)
         point = self.at(last, points, value, *self.equations.described(points, values))
         return Passed(point, end=self.end(point, "period halves"))
@@ -434,10 +446,11 @@ class OrbitProblem(Problem):
 
     def same(self, one: Any, other: Any) -> bool:
         """Tell whether two orbits coincide, to their errors."""
+        if not isinstance(one, PeriodicOrbit):
+            return same_points(self.system, one.points, other.points, SAME)
         off, size = np.abs(one.points - other.points), np.abs(one.points).max()
-        if isinstance(one, PeriodicOrbit):
-            known = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
-            off -= np.minimum(known, ORBIT_OF_MAP)  # at a fold errors have no bound
+        known = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
+        off -= np.minimum(known, ORBIT_OF_MAP)  # at a fold errors have no bound
         return bool((off <= SAME * (1.0 + size)).all())
 
 

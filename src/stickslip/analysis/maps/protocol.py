@@ -324,6 +324,16 @@ def apart(f: MapND, x: Floats, y: Floats) -> Floats:
     return difference
 
 
+def turned_near(f: MapND, x: Floats, near: Floats) -> Floats:
+    """Return points with each angle turned by whole periods to where it is closest to others."""
+    if (periods := getattr(f, "periods", None)) is None:
+        return x
+    angle, led = np.isfinite(periods), np.array(x, dtype=np.float64)
+    off = np.subtract(near, x)[..., angle]
+    led[..., angle] += np.round(off / periods[angle]) * periods[angle]
+    return led
+
+
 def turns(f: MapND) -> Floats:
     """Return the period of each coordinate from its low end on, (n, 2); infinite for no angle."""
     period = np.asarray(getattr(f, "periods", np.full(f.dimension, np.inf)))

@@ -246,7 +246,7 @@ class _SpanFollower(LineOrbitFollower):
 
     def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
         """Solve for what ends the way."""
-        if shrinks_to_half(self.points(here), self.points(new)):
+        if shrinks_to_half(self.f, self.points(here), self.points(new)):
             yield self._merged(here)
         elif turns_back(here, new):
             fold = self.curve.turning_point(here, new)
