@@ -7,8 +7,14 @@ from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, first_pieces
-from stickslip.analysis.attractors.basins import basins
+from stickslip.analysis.attractors.basin_pieces import (
+    LEFT,
+    UNDECIDED,
+    Pieces,
+    first_pieces,
+    refined,
+)
+from stickslip.analysis.attractors.basins import SLIVER, basins
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 
@@ -304,3 +310,25 @@ def test_repr_and_plot(bistable):
     ax = bistable.plot()
     assert len(ax.collections) == 3  # two basins and what leaves
     assert len(ax.lines) == 2
+
+
+def test_preimages_of_a_sliver_are_slivers():
+    """Rounded preimages of its two ends may change places: what lies beside it keeps its fate."""
+    f = PiecewiseMap("3.9*x*(1 - x) + 0.02*sin(7*x)", (0, 1))
+    table = branch_table(f).laps
+    whole = first_pieces(f, table, np.empty((0, 2)), [])
+    for low in np.random.default_rng(0).uniform(0.05, 0.95, 60):
+        k = int(np.searchsorted(whole.edges, low)) - 1
+        high, number = float(low + 2 * np.spacing(low)), np.arange(len(whole.edges) + 2)
+        pieces = Pieces(
+            np.insert(whole.edges, k + 1, [low, high]),
+            np.insert(whole.index, k + 1, [LEFT, UNDECIDED]),
+            np.insert(whole.lap, k, [whole.lap[k]] * 2),
+            np.insert(whole.value_left, k + 1, [f(low), f(high)]),
+            np.insert(whole.value_right, k, [f(low), f(high)]),
+            number,
+            np.zeros_like(number),
+        )
+        for _ in range(3):
+            pieces = refined(f, table, pieces, SLIVER)
+        assert np.diff(pieces.edges)[pieces.index == LEFT].max() < 1e-13

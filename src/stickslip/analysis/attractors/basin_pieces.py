@@ -219,6 +219,7 @@ def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | Non
     target = pieces.edges[crossed]
     a, b = pieces.edges[todo], pieces.edges[todo + 1]
     cuts = np.clip(table.inverse(pieces.lap[todo][owner], target), a[owner], b[owner])
+    cuts = np.maximum.accumulate(cuts)  # rounded, those of edges side by side may change places
 
     part, step = runs(last - first + 1)
     fate = fates[np.where(falling[part], last[part] - step, first[part] + step)]
