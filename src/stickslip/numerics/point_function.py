@@ -102,6 +102,10 @@ class PointExpression(Expression):
         """Record a choice, and let numpy put together arrays."""
         return _array_function(function, args, kwargs)
 
+    def __getitem__(self, key: Any) -> Any:
+        """Add axes, as to a single number: ``(x > 0)[..., None]``."""
+        return coordinates(np.asarray(self, dtype=object)[key])
+
     __lt__, __le__, __gt__, __ge__, __and__, __or__, __mod__ = map(
         _by_ufunc,
         (

@@ -169,6 +169,18 @@ def test_comparisons_inside_the_function_name_its_pieces():
     assert (own.evaluate([[-0.5, 0.0], [0.5, 0.0]]).label == 7).all()
 
 
+def test_a_comparison_may_choose_between_whole_points():
+    def func(z, mu, jump):
+        left, right = (z * [a, 0.5] + [mu + a * jump, 0.0] for a in (0.4, -3.0))
+        return np.where((z[..., 0] > 0)[..., None], right, left)
+
+    f = ss.Map(func, 2, parameters={"mu": 0.1, "jump": 0.2})
+    assert f.engine == "compiled"
+    x = np.random.default_rng(0).uniform(-1, 1, (50, 2))
+    np.testing.assert_allclose(f(x), func(x, 0.1, 0.2), rtol=EXACT)
+    np.testing.assert_allclose(f(x[0]), func(x[0], 0.1, 0.2), rtol=EXACT)
+
+
 @given(st.lists(st.floats(-3, 3), min_size=2, max_size=2), st.integers(-3, 3), st.integers(-3, 3))
 def test_angles_do_not_feel_whole_turns(x, i, j):
     f = ss.Map(standard, 2, parameters={"K": 0.9}, periodic=[1.0, 1.0])
