@@ -124,7 +124,9 @@ def test_a_mode_crosses_beside_one_that_neither_grows_nor_decays() -> None:
     assert alone.changes_stability
     assert point.changes_stability  # from growing to neutral
     np.testing.assert_array_equal(found.critical_speeds, [point.V])
-    (hopf,) = ss.follow(found, "V", (0.2, 0.8)).bifurcations
+    curve = ss.follow(found, "V", (0.2, 0.8))
+    assert "eigenvalue" in repr(curve)  # of the flow: those of maps are multipliers
+    (hopf,) = curve.bifurcations
     assert hopf.value == pytest.approx(alone.V, rel=1e-12)
     assert "frequency 1, calms" in repr(hopf)
 

@@ -387,13 +387,14 @@ class Curve(Result):
         period = "" if self.period is None else f" of period {self.period}"
         over = "" if self.solve_for is None else f"{self.solve_for} over "
         first, last = (f"{end.value:.13g}" for end in self.ends)
+        number = "eigenvalue" if self.kind == "equilibrium" else "multiplier"
         lines = [
             f"Curve: {self.kind}{period}, {len(self)} points, {over}{self.parameter}",
             f"  begins: {self.ends[0].reason} at {first}",
             *(f"  {item!r}" for item in self.bifurcations),
             f"  ends: {self.ends[1].reason} at {last}",
             "".join(f"  {name:>18s}" for name in self.parameters)
-            + ("      multiplier" if self.multipliers.size else "")
+            + (f"  {number:>14s}" if self.multipliers.size else "")
             + "  points",
         ]
         for row in sorted({round(k) for k in np.linspace(0, len(self) - 1, SHOWN)}):
