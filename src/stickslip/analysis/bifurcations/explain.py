@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stickslip.analysis.bifurcations.bifurcation import (
-    Bifurcation,
-    bifurcation_of,
-)
+from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation_of
 from stickslip.analysis.bifurcations.border_collision.classification import (
     observed,
     predicted_at_corner,
@@ -24,9 +21,9 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.bifurcations.scan.adding_up import Concerned
-    from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family
+    from stickslip.analysis.bifurcations.scan.tracking import Span
 
 
 # ------------------------------------------------------------------ a bifurcation

@@ -19,11 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from stickslip.analysis.bifurcations.scan.adding_up import Concerned
-    from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.bifurcations.scan.survey import Survey
-    from stickslip.analysis.bifurcations.scan.tracking import Piece
+    from stickslip.analysis.bifurcations.scan.tracking import Piece, Span
     from stickslip.analysis.maps.protocol import Floats
 
 UP: Final = 1
@@ -75,6 +74,10 @@ class _Web:
         orbit = node.orbits[place]
         return Row(node.q, orbit.points, orbit.multiplier)
 
+    def tie(self, one: Port, other: Port, *rows: Row) -> None:
+        """Let two orbits be one, with rows between them."""
+        self.links[one], self.links[other] = Link(rows, other), Link(rows[::-1], one)
+
 
 def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple[Curve, ...]:
     """Join all orbits of a survey to curves, once; ``concerned`` goes by the span's number."""
@@ -103,10 +106,8 @@ def _link_pieces(web: _Web, number: int, span: Span) -> None:
     for piece in span.pieces:
         assert piece.left is not None
         assert piece.right is not None
-        rows = _inner_rows(piece, span.events)
         low, high = (number, piece.left, UP), (number + 1, piece.right, DOWN)
-        web.links[low] = Link(rows, high)
-        web.links[high] = Link(rows[::-1], low)
+        web.tie(low, high, *_inner_rows(piece, span.events))
     for ending in span.endings:
         rows = _rows(ending.piece)
         if ending.piece.left is not None:
@@ -152,7 +153,7 @@ def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
     row = Row(event.value, event.points, 1.0, event)
     web.links |= dict.fromkeys(ports, Link((), None, event))
     for one, other in pairs:
-        web.links |= {one: Link((row,), other), other: Link((row,), one)}
+        web.tie(one, other, row)
 
 
 def _by_place(web: _Web, ports: list[Port], event: Event) -> list[Port]:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.events import in_the_middle
 
 if TYPE_CHECKING:
-    from stickslip.analysis.bifurcations.scan.between import Span
+    from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
+    from stickslip.analysis.bifurcations.scan.tracking import Span
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 
@@ -46,11 +46,7 @@ def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange
         orbits = [span.left.orbits[k] for k in gone], [span.right.orbits[k] for k in new]
         if not middle and not _adds_up(event, *orbits, span):
             reason = f"the orbits beside the {event.kind.replace('_', ' ')} do not add up"
-            unresolved.append(
-                UnresolvedChange(
-                    reason, span.left.q, span.right.q, event.period, float(event.points[0])
-                )
-            )
+            unresolved.append(span.open(reason, event.period, float(event.points[0])))
         result.append(
             Concerned(tuple(sorted(before)), tuple(sorted(after)), tuple(gone), tuple(new))
         )

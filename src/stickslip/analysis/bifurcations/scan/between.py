@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -24,7 +24,7 @@ from stickslip.analysis.bifurcations.scan.events import (
     suspects_at_end,
 )
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
-from stickslip.analysis.bifurcations.scan.tracking import Piece, Way, follow, join
+from stickslip.analysis.bifurcations.scan.tracking import Ending, Piece, Span, Way, follow, join
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.continuation.curve import CurveEnd
@@ -40,31 +40,6 @@ NARROWEST: Final = 1e-4  # of the range: an unexplained change is not narrowed d
 MAX_NODES: Final = 1000
 FEW: Final = 4  # lists added between two of the grid where breaks accumulate, and each costs much
 MOST_CHANGES: Final = 8  # ... and orbits that are not in both lists, which are followed there
-
-
-@dataclass(frozen=True, eq=False)
-class Ending:
-    """An orbit that does not reach the other end of a span."""
-
-    piece: Piece  # as far as it was followed
-    event: Event | None  # what ended it
-    reason: str  # see `CurveEnd`
-
-
-@dataclass(eq=False)
-class Span:
-    """What lies between two neighbouring nodes."""
-
-    left: Node
-    right: Node
-    # at one value of the parameter; empty for a span between events
-    events: list[Event] = field(default_factory=list)
-    pieces: list[Piece] = field(default_factory=list)  # orbits that cross the span
-    # where there are events, or no explanation: places of orbits that do not cross
-    loose_left: list[int] = field(default_factory=list)
-    loose_right: list[int] = field(default_factory=list)
-    # between events: orbits that leave the window there, or end unexplained
-    endings: list[Ending] = field(default_factory=list)
 
 
 @dataclass(eq=False)
@@ -93,6 +68,10 @@ class Range:
         """How close to each other lists are made."""
         return (BESIDE if self.scale > self.hi - self.lo else SPLIT) * self.scale
 
+    def alike(self, event: Event, others: Iterable[Event]) -> Iterator[Event]:
+        """Those of other events that are this one, found in another way."""
+        return (other for other in others if event.same_as(other, self.scale, self.width))
+
 
 @dataclass(eq=False)
 class Found:
@@ -120,9 +99,8 @@ def between(
     what = "the changes of orbits"
     found = attempted(lambda: search.explained(left, right), what, left.q, right.q, noted)
     if found is None:
-        loose = [list(range(len(node.orbits))) for node in ends]
-        span = Span(left, right, loose_left=loose[0], loose_right=loose[1])
-        found = Found([span], unresolved=noted)
+        all_left, all_right = (list(range(len(node.orbits))) for node in ends)
+        found = Found([Span(left, right, [], all_left, all_right)], unresolved=noted)
     return found
 
 
@@ -142,9 +120,9 @@ class _Between:
         self._at_ends = at_ends  # events there are in no list's middle
         self._ways_known: dict[tuple[float, int, int], Way] = {}
 
-    def _node(self, q: float, beside: float = math.inf) -> Node:
+    def _node(self, q: float) -> Node:
         """Add a list."""
-        node = Node.make(self.family, self.whole.max_period, q, beside)
+        node = Node.make(self.family, self.whole.max_period, q)
         self.classes.learn(node.table)
         self.found.n_nodes += 1
         return node
@@ -153,7 +131,7 @@ class _Between:
         """Explain all that happens between two nodes, by adding nodes if need be."""
         todo = [(left, right)]
         while todo:
-            span = Span(*todo.pop())
+            span = join(*todo.pop(), self.family, self.classes)
             fresh, unexplained = self._look(span)
             more = self._may_add(span)
             wide = span.right.q - span.left.q > NARROWEST * self.whole.scale
@@ -170,7 +148,7 @@ class _Between:
     def _may_add(self, span: Span) -> bool:
         """Whether another list may be made inside a span."""
         if self.whole.crowded:
-            return self.found.n_nodes < FEW and not (span.loose_left or span.loose_right)
+            return self.found.n_nodes < FEW and _changes(span) <= MOST_CHANGES
         return self.n_nodes + self.found.n_nodes < MAX_NODES
 
     def _left_out(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:
@@ -181,42 +159,30 @@ class _Between:
             replace(ending, event=None) if id(ending.event) in left_out else ending
             for ending in span.endings
         ]
+        why = "beside it no list is made, as there are many already"
         return [
-            UnresolvedChange(
-                f"a {event.kind}: beside it no list is made, as there are many already",
-                event.value,
-                event.value,
-                event.period,
-                float(event.points[0]),
-            )
-            for event in fresh
+            UnresolvedChange(f"a {e.kind}: {why}", e.value, e.value, e.period, float(e.points[0]))
+            for e in fresh
         ]
 
     def _look(self, span: Span) -> tuple[list[Event], list[UnresolvedChange]]:
-        """Join two lists; return events that are new, and what none explains."""
-        joined = join(span.left, span.right, self.family, self.classes)
-        span.pieces = joined.pieces
-        changes = len(joined.left) + len(joined.right)
-        if self.whole.crowded and changes > MOST_CHANGES:
-            span.loose_left, span.loose_right = joined.left, joined.right
-            reason = f"less is resolved: {changes} orbits begin or end, more than are followed"
-            return [], [UnresolvedChange(reason, span.left.q, span.right.q)]
-        ways = self._ways(span, joined.left, joined.right)
+        """Follow what two lists do not share; return new events, and what none explains."""
+        if self.whole.crowded and (n := _changes(span)) > MOST_CHANGES:
+            reason = f"less is resolved: {n} orbits begin or end, more than are followed"
+            return [], [span.open(reason)]
+        ways = self._ways(span)
         fresh: list[Event] = []
         unexplained: list[UnresolvedChange] = []
         for piece in span.pieces:
             for suspect in flips_on(piece):
-                event = located(suspect, self.family, self._within(span))
+                event = self._located(suspect, span)
                 if event is None:
-                    unexplained.append(
-                        self._open(span, piece, "the multiplier passes -1, but no flip is found")
-                    )
+                    reason = "the multiplier passes -1, but no flip is found"
+                    unexplained.append(_open(span, piece, reason))
                 else:
                     self._add(event, fresh)
             if (np.diff(np.sign(piece.multipliers - 1)) != 0).any():
-                unexplained.append(
-                    self._open(span, piece, "the multiplier passes 1 without a fold")
-                )
+                unexplained.append(_open(span, piece, "the multiplier passes 1 without a fold"))
         for left, right, way in ways:
             piece = way.piece(left, right)
             event = self._end_of(way, span, fresh)
@@ -224,13 +190,13 @@ class _Between:
                 self._add(event, fresh)
             elif way.arrived:
                 reason = "an orbit arrives that the complete list does not contain"
-                unexplained.append(self._open(span, piece, reason))
+                unexplained.append(_open(span, piece, reason))
             elif way.end.reason != "end of domain":
-                unexplained.append(self._open(span, piece, f"an orbit ends ({way.end.reason})"))
+                unexplained.append(_open(span, piece, f"an orbit ends ({way.end.reason})"))
             span.endings.append(Ending(piece, event, way.end.reason))
         for node in (span.left, span.right):
             for suspect in self._at_ends.get(node.q, []):
-                event = located(suspect, self.family, self._within(span))
+                event = self._located(suspect, span)
                 if event is not None and in_the_middle(node.q, [event.value]):
                     self._add(event, fresh)
         if not (fresh or unexplained):
@@ -246,22 +212,19 @@ class _Between:
         for suspect in hidden_collisions(
             span.left, span.right, self.family, self.whole.max_period, self.classes, narrowest
         ):
-            event = located(suspect, self.family, self._within(span))
+            event = self._located(suspect, span)
             if event is not None:
                 self._add(event, fresh)
                 continue
             reason = "an image of a break passes it, but no collision is found"
             assert isinstance(suspect.condition, Collision)
             period, x = suspect.condition.period, suspect.condition.border.x
-            ends = span.left.q, span.right.q
-            unexplained.append(UnresolvedChange(reason, *ends, period, x))
+            unexplained.append(span.open(reason, period, x))
         return unexplained
 
-    def _ways(
-        self, span: Span, loose_left: list[int], loose_right: list[int]
-    ) -> list[tuple[int | None, int | None, Way]]:
+    def _ways(self, span: Span) -> list[tuple[int | None, int | None, Way]]:
         """Follow the orbits that were not matched; those that arrive become pieces."""
-        missing = {-1: set(loose_left), 1: set(loose_right)}
+        missing = {-1: set(span.loose_left), 1: set(span.loose_right)}
         todo = [(side, k) for side in (-1, 1) for k in sorted(missing[side])]
         # Those whose way is known in part come first: it ends where the others begin.
         todo.sort(key=lambda item: self._key(span, *item) not in self._ways_known)
@@ -329,29 +292,22 @@ class _Between:
     def _end_of(self, way: Way, span: Span, fresh: list[Event]) -> Event | None:
         """Find the event that ends an orbit's way: a known one, or one to solve for."""
         for suspect in suspects_at_end(way, self.family):
-            found = located(suspect, self.family, self._within(span))
+            found = self._located(suspect, span)
             if found is not None:
-                alike = (e for e in fresh if found.same_as(e, self.whole.scale, self.whole.width))
-                return next(alike, found)
+                return next(self.whole.alike(found, fresh), found)
         return None
 
-    def _within(self, span: Span) -> tuple[float, float]:
-        """Where events of a span may lie: a little beyond, as they may be known ones there."""
+    def _located(self, suspect: Suspect, span: Span) -> Event | None:
+        """Solve for an event of a span, or a little beyond, where it may be a known one."""
         pad = 2 * BESIDE * self.whole.scale
-        return max(span.left.q - pad, self.whole.lo), min(span.right.q + pad, self.whole.hi)
+        within = max(span.left.q - pad, self.whole.lo), min(span.right.q + pad, self.whole.hi)
+        return located(suspect, self.family, within)
 
     def _add(self, event: Event, fresh: list[Event]) -> None:
         """Remember an event unless it is known."""
-        if not self._is_among(event, [*self.known, *self.found.events]):
+        if not any(self.whole.alike(event, [*self.known, *self.found.events])):
             self.found.events.append(event)
             fresh.append(event)
-
-    def _is_among(self, event: Event, others: Iterable[Event]) -> bool:
-        return any(event.same_as(other, self.whole.scale, self.whole.width) for other in others)
-
-    def _open(self, span: Span, piece: Piece, reason: str) -> UnresolvedChange:
-        x = float(piece.points[0, 0])
-        return UnresolvedChange(reason, span.left.q, span.right.q, piece.period, x)
 
     # ------------------------------------------------------------------ around events
 
@@ -359,16 +315,15 @@ class _Between:
         """Put nodes on both sides of new events; return the spans between them."""
         groups = self._groups(fresh)
         bounds = [span.left.q, *(group[0].value for group in groups), span.right.q]
-        places: dict[tuple[int, int], tuple[float, float]] = {}
+        nodes: dict[tuple[int, int], Node] = {}
         for k, group in enumerate(groups):
             rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
             # An event at the value of a list, as at an end of the range, has its list already.
             open_sides = [side for side in (0, 1) if rooms[side] > self.whole.closest]
             beside = min([BESIDE * self.whole.scale, *(CLEAR * rooms[side] for side in open_sides)])
             for side in open_sides:
-                value = group[-1].value + beside if side else group[0].value - beside
-                places[k, side] = value, beside
-        nodes = {key: self._node(*place) for key, place in places.items()}
+                q = group[-1].value + beside if side else group[0].value - beside
+                nodes[k, side] = self._node(q)
         plain: list[tuple[Node, Node]] = []
         last = span.left
         for k, group in enumerate(groups):
@@ -382,8 +337,7 @@ class _Between:
 
     def _around(self, before: Node, after: Node, events: list[Event]) -> Span:
         """Join the lists beside events: what does not cross is what these concern."""
-        joined = join(before, after, self.family, self.classes)
-        return Span(before, after, events, joined.pieces, joined.left, joined.right)
+        return replace(join(before, after, self.family, self.classes), events=events)
 
     def _adding_up(self, around: Span) -> Span:
         """Return a span about events, narrower if others are so close that it does not add up."""
@@ -395,7 +349,7 @@ class _Between:
             if self.whole.crowded or beside < self.whole.closest or not self._may_add(around):
                 return around
             left, right = (
-                self._node(q, beside) if beside < room else node
+                self._node(q) if beside < room else node
                 for q, room, node in (
                     (first - beside, rooms[0], around.left),
                     (last + beside, rooms[1], around.right),
@@ -416,3 +370,12 @@ class _Between:
                     continue
             groups.append([event])
         return groups
+
+
+def _changes(span: Span) -> int:
+    """How many orbits begin or end in a span."""
+    return len(span.loose_left) + len(span.loose_right)
+
+
+def _open(span: Span, piece: Piece, reason: str) -> UnresolvedChange:
+    return span.open(reason, piece.period, float(piece.points[0, 0]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -114,14 +113,13 @@ class Node:
     name: str
     orbits: OrbitList
     table: BranchTable  # of `f`
-    beside: float = math.inf  # how far from an event the node was put, if it was
 
     @classmethod
-    def make(cls, family: Family, max_period: int, q: float, beside: float = math.inf) -> Node:
+    def make(cls, family: Family, max_period: int, q: float) -> Node:
         """List the orbits at a value of the parameter."""
         f = family.at(q)
         table = branch_table(f)
-        return cls(float(q), f, family.name, periodic_orbits(f, max_period), table, beside)
+        return cls(float(q), f, family.name, periodic_orbits(f, max_period), table)
 
     @cached_property
     def fast(self) -> InterpolatedMap:

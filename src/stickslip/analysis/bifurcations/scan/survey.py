@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from stickslip.analysis.bifurcations.scan.between import Span
     from stickslip.analysis.bifurcations.scan.events import Event
+    from stickslip.analysis.bifurcations.scan.tracking import Span
     from stickslip.analysis.continuation.curve import Curve
 
 LISTED: Final = 0.4  # share of the work that the lists of the grid are, roughly
@@ -167,7 +167,8 @@ class Survey(Range):
         tell = self.work.part(LISTED, 1.0).tell
         found_ahead = in_processes(partial(explain, n_nodes=self.n_nodes), pairwise(nodes), tell)
         for (left, right), found in zip(pairwise(nodes), found_ahead, strict=True):
-            if kept[-1] is not left or self._knows_some(found):
+            known = any(any(self.alike(event, self.events)) for event in found.events)
+            if kept[-1] is not left or known:
                 ends = kept[-1], right
                 found = explain(ends, n_nodes=self.n_nodes, known=self.events)
             off = [abs(event.value - right.q) for event in (*self.events, *found.events)]
@@ -176,14 +177,6 @@ class Survey(Range):
             if right is nodes[-1] or min(off, default=math.inf) > self.closest:
                 self._take(found, kept[-1], right)
                 kept.append(right)
-
-    def _knows_some(self, found: Found) -> bool:
-        """Whether an event is another's, found from here, too."""
-        return any(
-            event.same_as(known, self.scale, self.width)
-            for event in found.events
-            for known in self.events
-        )
 
     def _take(self, found: Found, left: Node, right: Node) -> None:
         spans = sorted(found.spans, key=lambda span: span.left.q)

@@ -5,11 +5,13 @@ One look at the middle proves most joints; few orbits are followed one by one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.continuation.follower import Passed
 from stickslip.analysis.continuation.half_period import shrinks_to_half
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.continuation.follower import Half
     from stickslip.analysis.maps.protocol import Floats, Labels
@@ -56,22 +59,43 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Joined:
-    """What two neighbouring lists have in common."""
+class Ending:
+    """An orbit that does not reach the other end of a span."""
 
-    pieces: list[Piece]  # orbits that reach from one node to the other
-    left: list[int]  # places of the orbits that were not found in the other list
-    right: list[int]
+    piece: Piece  # as far as it was followed
+    event: Event | None  # what ended it
+    reason: str  # see `CurveEnd`
 
 
-def join(left: Node, right: Node, family: Family, classes: SymbolClasses) -> Joined:
+@dataclass(eq=False)
+class Span:
+    """What lies between two neighbouring nodes."""
+
+    left: Node
+    right: Node
+    pieces: list[Piece]  # orbits that cross the span
+    loose_left: list[int]  # places of the orbits that were not found in the other list
+    loose_right: list[int]
+    # at one value of the parameter; empty for a span between events
+    events: list[Event] = field(default_factory=list)
+    # between events: orbits that leave the window there, or end unexplained
+    endings: list[Ending] = field(default_factory=list)
+
+    def open(self, reason: str, period: int = 0, x: float = math.nan) -> UnresolvedChange:
+        """Tell of a change in it that nothing explains."""
+        return UnresolvedChange(reason, self.left.q, self.right.q, period, x)
+
+
+def join(left: Node, right: Node, family: Family, classes: SymbolClasses) -> Span:
     """Join the orbits of two neighbouring nodes as far as the middle between them proves it."""
     rows, columns = _candidates(left, right, classes)
     pieces: list[Piece] = []
     if rows.size:
         proved, pieces = _proved(left, right, rows, columns, family, classes)
         rows, columns = rows[proved], columns[proved]
-    return Joined(
+    return Span(
+        left,
+        right,
         pieces,
         sorted(set(range(len(left.orbits))) - set(rows.tolist())),
         sorted(set(range(len(right.orbits))) - set(columns.tolist())),
@@ -122,21 +146,20 @@ def _proved(
     q = 0.5 * (left.q + right.q)
     f = family.at(q)
     one, other = left.bundle.take(rows), right.bundle.take(columns)
-    width = max(one.points.shape[1], other.points.shape[1])
-    x0, x1 = _padded(one.points, width), _padded(other.points, width)
-    v0, v1 = _padded(left.velocity[rows], width), _padded(right.velocity[columns], width)
+    own = slice(one.periods.max())  # of the longest that both have
+    x0, x1 = one.points[:, own], other.points[:, own]
+    v0, v1 = left.velocity[rows, own], right.velocity[columns, own]
     step = right.q - left.q
     guess = 0.5 * (x0 + x1) + step / 8 * (v0 - v1)
-    labels = _padded(one.labels, width)
     there = polish_on(f, guess, periods=one.periods)
     used = there.used
     with np.errstate(invalid="ignore"):
         way = np.where(used, np.abs(x1 - x0), 0.0).max(axis=1) + FLOOR * domain_width(f)
         expected = there.surprise <= TRUST * way
-    free = _padded(left.on_corner[rows], width)
+    free = left.on_corner[rows, own]
     # An orbit on a corner: its multiplier depends on the side, and changes nothing.
     stays = np.asarray(free.any(axis=1))
-    same = (~used | free | (classes.of(there.labels) == classes.of(labels))).all(axis=1)
+    same = (~used | free | (classes.of(there.labels) == classes.of(one.labels[:, own]))).all(axis=1)
     all_three = (one, there, other)
     sides = [np.sign(bundle.multipliers - 1) for bundle in all_three]
     proved = there.converged & ~there.collapsed & expected & same
@@ -152,15 +175,6 @@ def _proved(
         for k in np.flatnonzero(proved)
     ]
     return proved, pieces
-
-
-def _padded(rows: NDArray, width: int) -> NDArray:  # type: ignore[type-arg]
-    """Widen rows to a number of columns."""
-    missing = width - rows.shape[1]
-    if not missing:
-        return rows
-    fill = np.nan if rows.dtype.kind == "f" else 0
-    return np.pad(rows, ((0, 0), (0, missing)), constant_values=fill)
 
 
 # ------------------------------------------------------------------ one orbit at a time
