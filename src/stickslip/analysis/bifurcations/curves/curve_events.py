@@ -54,41 +54,26 @@ class _Quantity(NamedTuple):
     of: Callable[[CurvePoint], float]
 
 
-class Watch:
-    """Looks for special points between neighbours on a curve, one pair after the other."""
-
-    def __init__(self, curve: ArclengthCurve, equations: Equations) -> None:
-        self.curve, self.equations = curve, equations
-        # Of the last point looked at: some quantities cost many evaluations.
-        self.last: tuple[CurvePoint, dict[str, float]] | None = None
-
-    def between(self, a: CurvePoint, b: CurvePoint) -> Iterator[Event]:
-        """Find the special points between two neighbours, in no particular order."""
-        quantities = list(_quantities(a.note.condition, self.equations))
-        before = self._values(a, quantities)
-        after = self._values(b, quantities)
-        self.last = (b, after)
-        for quantity in quantities:
-            first, second = (v.get(quantity.what, math.nan) for v in (before, after))
-            if not (math.isfinite(first) and math.isfinite(second) and first * second < 0):
-                continue
-            try:
-                node = self.curve.between(a, b, quantity.of)
-            except (StepTooLong, LeavesRegion):
-                continue
-            if abs(quantity.of(node)) <= REMAINDER * max(abs(first), abs(second)):
-                yield Event(quantity.kind, quantity.what, node)
-        if _kind(a.note) != _kind(b.note):
-            yield _changed_kind(self.equations, a, b)
-        for i in changed_labels(a.note, b.note):
-            event = _crossing(self.curve, self.equations, a, b, i)
-            if event is not None:
-                yield event
-
-    def _values(self, node: CurvePoint, quantities: list[_Quantity]) -> dict[str, float]:
-        if self.last is not None and self.last[0] is node:
-            return self.last[1]
-        return {quantity.what: quantity.of(node) for quantity in quantities}
+def events_between(
+    curve: ArclengthCurve, equations: Equations, a: CurvePoint, b: CurvePoint
+) -> Iterator[Event]:
+    """Find the special points between two neighbours, in no particular order."""
+    for quantity in _quantities(a.note.condition, equations):
+        first, second = quantity.of(a), quantity.of(b)
+        if not (math.isfinite(first) and math.isfinite(second) and first * second < 0):
+            continue
+        try:
+            node = curve.between(a, b, quantity.of)
+        except (StepTooLong, LeavesRegion):
+            continue
+        if abs(quantity.of(node)) <= REMAINDER * max(abs(first), abs(second)):
+            yield Event(quantity.kind, quantity.what, node)
+    if _kind(a.note) != _kind(b.note):
+        yield _changed_kind(equations, a, b)
+    for i in changed_labels(a.note, b.note):
+        event = _crossing(curve, equations, a, b, i)
+        if event is not None:
+            yield event
 
 
 def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantity]:

@@ -18,7 +18,7 @@ from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.curves.curve_ends import end_event
-from stickslip.analysis.bifurcations.curves.curve_events import Watch
+from stickslip.analysis.bifurcations.curves.curve_events import events_between
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     FoldEquations,
     Plane,
@@ -93,11 +93,9 @@ class BifurcationProblem(PlaneProblem):
             raise ValueError(
                 f"{name} = {value:.12g}: the bifurcation is not found there: {lost}."
             ) from lost
-        kind, new = (
-            curve.kind.removeprefix(KIND),
-            system.replace(**{name: value, other: found.value}),
-        )
-        return bifurcation_of(kind, found, other, new)  # type: ignore[arg-type]
+        kind: Any = curve.kind.removeprefix(KIND)
+        new = system.replace(**{name: value, other: found.value})
+        return bifurcation_of(kind, found, other, new)
 
 
 def other_parameter(curve: Curve, name: str) -> str:
@@ -183,14 +181,13 @@ class _ConditionFollower(PlaneFollower):
         super().__init__(kind, equations.plane, low, high, CONTROL)
         self.equations = equations
         self.curve = self.line(equations, equations.scale)
-        self.watch = Watch(self.curve, equations)
         self.velocity = math.inf  # of the orbit, in the last step
         self.column = 0  # of the multipliers: on the side that the orbit comes from
 
     def restart(self, start: CurvePoint) -> None:
         """Take the gradient at the start."""
         self.equations.restart(start.y)
-        self.velocity, self.watch = math.inf, Watch(self.curve, self.equations)
+        self.velocity = math.inf
 
     def points(self, point: CurvePoint) -> Floats:
         """Return the points of the orbit."""
@@ -212,7 +209,7 @@ class _ConditionFollower(PlaneFollower):
 
     def passed(self, here: CurvePoint, new: CurvePoint) -> Iterator[Passed]:
         """Solve for what changes the type of the bifurcation."""
-        for event in self.watch.between(here, new):
+        for event in events_between(self.curve, self.equations, here, new):
             end = self.end(event.node, event.what) if event.ends else None
             yield Passed(event.node, self._described(event), end)
 

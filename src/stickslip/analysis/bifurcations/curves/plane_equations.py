@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
@@ -164,7 +164,6 @@ class FoldEquations:
     plane: Plane
     period: int
     scale: Floats
-    accepted: list[Any] = field(default_factory=list)
 
     @classmethod
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> FoldEquations:
