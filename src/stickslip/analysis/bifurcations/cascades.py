@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade, bifurcation_of
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
-from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
 from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, flip_coefficient
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import values_and_slopes
@@ -135,18 +135,9 @@ def _next_flip(level: _Level, family: Family) -> Located | None:
     if grown is None:
         return None
     value, points = grown
-    ends = sorted((last.value, last.value + 2 * way))
-    try:
-        found = solve_near(
-            Flip(2 * last.period, tuple(points.tolist())),
-            family.whole,
-            value,
-            step=0.05 * abs(way),
-            within=(ends[0], ends[1]),
-        )
-    except (ConditionLost, ValueError):
-        return None
-    return None if found.quality == "failed" else found
+    low, high = sorted((last.value, last.value + 2 * way))
+    flip = Flip(2 * last.period, tuple(points.tolist()))
+    return found_near(flip, family.whole, value, step=0.05 * abs(way), within=(low, high))
 
 
 def _grown(

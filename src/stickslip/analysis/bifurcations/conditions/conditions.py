@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 
@@ -46,18 +46,10 @@ ROUNDINGS: Final = 4.0  # of each value and derivative
 MAX_NEWTON: Final = 20
 
 
-@dataclass(frozen=True)
-class Stationary:
-    """A point x where d f^p(x) / dq is zero."""
-
-    path: Path  # of x
-    curvature: float  # (f^p)'' there
-    mixed: float  # derivative of (f^p)' with respect to the parameter
-    noise: float  # rounding in (f^p)', and what the rounding of x makes of it
-
-
-def stationary_in_parameter(f: MapFamily, p: int, x: float, name: str) -> Stationary:
-    """Find x nearby whose p-th image is stationary in a parameter, or raise `ConditionLost`."""
+def stationary_in_parameter(
+    f: MapFamily, p: int, x: float, name: str
+) -> tuple[Path, float, float, float]:
+    """Find x nearby with d f^p(x) / dq = 0: path, (f^p)'', d (f^p)' / dq, and noise of (f^p)'."""
     scale = domain_width(getattr(f, "whole", f))
     start, h, last = x, STEP * scale, math.inf
     lo, hi = f.domain
@@ -74,7 +66,7 @@ def stationary_in_parameter(f: MapFamily, p: int, x: float, name: str) -> Statio
         if abs(step) <= SETTLED * scale or abs(step) >= 0.5 * abs(last):
             shift = ROUNDINGS * EPS * size / abs(mixed) + float(np.spacing(abs(x)))
             noise = ROUNDINGS * EPS * p * abs(path.slope) + abs(curvature) * shift
-            return Stationary(path, curvature, mixed, noise)
+            return path, curvature, mixed, noise
         x, last = x + step, step
     raise ConditionLost(f"f^{p} is nowhere stationary in {name} near {start:.12g}")
 
@@ -136,16 +128,24 @@ class Fold:
 
 def fold_reading(f: Map1D, path: Path, curvature: float, value: float) -> Reading:
     """Describe an orbit where (f^p)' is 1, or nearly so, by its path and f^p(x) - x."""
-    points = path.points[:-1]
+    fold = Fold(len(path.slopes), path.points[:-1])
+    return _along_orbit(fold, path, value, rounding(f, path), curvature=curvature)
+
+
+def _along_orbit(
+    condition: Fold | Flip | Crossing, orbit: Path, value: float, noise: float, **more: Any
+) -> Reading:
+    """Describe an orbit and a condition on it alone, which starts from there."""
+    points = orbit.points[:-1]
     return Reading(
         value=value,
-        noise=rounding(f, path),
+        noise=noise,
         points=points,
-        multipliers=(path.slope,),
-        condition=Fold(len(points), points),
-        labels=path.labels,
+        multipliers=(orbit.slope,),
+        condition=replace(condition, points=points),
+        labels=orbit.labels,
         visited=points,
-        curvature=curvature,
+        **more,
     )
 
 
@@ -160,16 +160,7 @@ class Flip:
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` where the orbit is gone."""
         orbit = follow_orbit(f, self.points)
-        points = orbit.points[:-1]
-        return Reading(
-            value=orbit.slope + 1.0,
-            noise=multiplier_noise(f, orbit),
-            points=points,
-            multipliers=(orbit.slope,),
-            condition=Flip(self.period, points),
-            labels=orbit.labels,
-            visited=points,
-        )
+        return _along_orbit(self, orbit, orbit.slope + 1.0, multiplier_noise(f, orbit))
 
 
 @part
@@ -187,20 +178,10 @@ class Crossing:
         """Evaluate the test function; `ConditionLost` where f^p is nowhere stationary in it."""
         if not isinstance(f, MapFamily):
             raise ConditionLost("a map without parameters: no two curves of orbits can cross")
-        found = stationary_in_parameter(f, self.period, self.points[0], self.parameter)
-        points = found.path.points[:-1]
-        return Reading(
-            value=found.path.slope - 1.0,
-            noise=found.noise,
-            points=points,
-            multipliers=(found.path.slope,),
-            condition=Crossing(self.period, points, self.parameter),
-            labels=found.path.labels,
-            visited=points,
-            path=found.path.points,
-            curvature=found.curvature,
-            mixed=found.mixed,
-        )
+        where = self.period, self.points[0], self.parameter
+        path, curvature, mixed, noise = stationary_in_parameter(f, *where)
+        more = {"path": path.points, "curvature": curvature, "mixed": mixed}
+        return _along_orbit(self, path, path.slope - 1.0, noise, **more)
 
 
 @part
@@ -236,9 +217,7 @@ class Collision:
             side: path_from(f, border, side, self.period, met if side == self.side else crossed)
             for side in (-1, 1)
         }
-        path = paths[self.side]
-        if not path.complete:
-            raise ConditionLost(path.end_reason(border))
+        path = paths[self.side].all_from(border)
         others = tuple(replace(other, border=met[other.place][0].critical) for other in self.others)
         return Reading(
             value=path.points[-1] - border.x,
@@ -271,9 +250,7 @@ class Connection:
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` without c, u, or an image of c."""
         critical = self.critical.at(f)
-        path = path_from(f, critical, self.side, self.k)
-        if not path.complete:
-            raise ConditionLost(path.end_reason(critical))
+        path = path_from(f, critical, self.side, self.k).all_from(critical)
         orbit = follow_orbit(f, self.points)
         points = orbit.points[:-1]
         return Reading(
@@ -303,9 +280,7 @@ class Contact:
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` without c, b, or an image of c."""
         critical, border = self.critical.at(f), self.border.at(f)
-        path = path_from(f, critical, self.side, self.k)
-        if not path.complete:
-            raise ConditionLost(path.end_reason(critical))
+        path = path_from(f, critical, self.side, self.k).all_from(critical)
         met = border.critical
         assert isinstance(met, TrackedDiscontinuity | DomainEnd)
         return Reading(

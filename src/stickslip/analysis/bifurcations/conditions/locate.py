@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
@@ -215,6 +215,15 @@ def solve_near(
             return g.located(new, SPAN * step)
         old, new = new, min(max(following, lo), hi)
     raise ConditionLost(f"the test function has no zero near {guess:.12g}")
+
+
+def found_near(condition: Condition, at: MapAt, guess: float, **how: Any) -> Located | None:
+    """Find what `solve_near` does; None where that is nothing, or a jump over zero."""
+    try:
+        found = solve_near(condition, at, guess, **how)
+    except (ConditionLost, ValueError):
+        return None
+    return None if found.quality == "failed" else found
 
 
 def _between(g: Readings, low: float, high: float) -> float:

@@ -47,13 +47,15 @@ class Path:
         """Of the power of the map, NaN if an image is missing."""
         return math.prod(self.slopes) if self.complete else math.nan
 
-    def end_reason(self, border: CriticalReading) -> str:
-        """Say where the images of a critical point end."""
-        n = len(self.points) - 1
+    def all_from(self, border: CriticalReading) -> Path:
+        """Return the path of a critical point, or raise `ConditionLost` where its images end."""
+        if self.complete:
+            return self
+        n, where = len(self.points) - 1, f"the {border.kind} at {border.x:.12g}"
         if n == 0:
-            return f"the {border.kind} at {border.x:.12g} has no value on that side"
-        what = f"image {n} of the {border.kind} at {border.x:.12g}, {self.points[-1]:.12g}"
-        return f"{what}, has left the domain or lies in a gap"
+            raise ConditionLost(f"{where} has no value on that side")
+        what = f"image {n} of {where}, {self.points[-1]:.12g}"
+        raise ConditionLost(f"{what}, has left the domain or lies in a gap")
 
 
 def path_from(

@@ -10,8 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Meeting
-from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.branches.along.tracked import ConditionLost
+from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
@@ -45,9 +44,7 @@ def turned(condition: Collision, number: int) -> Collision:
 
 def _agrees(condition: Collision, at: MapAt, found: Located, step: float) -> bool:
     """Tell whether a condition vanishes where another one does, within both errors."""
-    try:
-        other = solve_near(condition, at, found.value, step=step)
-    except ConditionLost:
+    other = found_near(condition, at, found.value, step=step)
+    if other is None:
         return False
-    off = abs(other.value - found.value)
-    return other.quality != "failed" and off <= ERRORS * (found.error + other.error)
+    return abs(other.value - found.value) <= ERRORS * (found.error + other.error)

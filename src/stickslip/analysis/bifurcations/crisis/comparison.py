@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -41,16 +42,15 @@ class Change:
     stop: ParameterPoint
     certain: bool
 
-    @property
-    def lost(self) -> bool:
-        """Whether nothing is in its place there."""
-        return partner_of(self.attractor, self.stop.attractors) is None
+    @cached_property
+    def partner(self) -> Attractor | None:
+        """What is in its place there."""
+        return partner_of(self.attractor, self.stop.attractors)
 
     @property
     def period_there(self) -> int:
         """Period of what is in its place; 0 for nothing, and for what has none."""
-        partner = partner_of(self.attractor, self.stop.attractors)
-        return 0 if partner is None else partner.period
+        return 0 if self.partner is None else self.partner.period
 
     @property
     def ratio(self) -> Fraction:

@@ -18,7 +18,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.accounting import MOST_BANDS, Look, of_cascade
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
-from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import (
     KINDS,
     Change,
@@ -297,7 +297,7 @@ class CrisisSearch:
 
     def _room(self, change: Change) -> float:
         """Return how far beyond an attractor that is lost the next known bifurcation is."""
-        if not change.lost:
+        if change.partner is not None:
             return np.inf
         off = (self.breaks - change.start.value) * np.sign(change.start.value - change.stop.value)
         return float(np.min(off[off > 0], initial=np.inf))
@@ -335,7 +335,7 @@ class CrisisSearch:
         """Return an event that the attractors on both sides confirm."""
         start, stop = change.start, change.stop
         refuted = self.refuted.setdefault((start.value, change.attractor.point), [])
-        borders = (False, True) if narrow or change.lost else (False,)
+        borders = (False, True) if narrow or change.partner is None else (False,)
         for zero in chain.from_iterable(self._ahead(change, border) for border in borders):
             located = self._solved(zero, start, stop)
             if located is None or any(
@@ -404,22 +404,12 @@ class CrisisSearch:
                 yield _Ahead(there.condition, -here.value / slope, slope)
 
     def _solved(self, zero: _Ahead, start: ParameterPoint, stop: ParameterPoint) -> Located | None:
-        ends = sorted((start.value, stop.value))
-        guess = min(max(start.value + zero.way, ends[0]), ends[1])
-        try:
-            located = solve_near(
-                zero.condition,
-                self.at,
-                guess,
-                step=STEP * abs(zero.way),
-                slope=zero.slope,
-                within=(ends[0], ends[1]),
-            )
-        except ConditionLost:
-            return None
+        low, high = sorted((start.value, stop.value))
+        guess = min(max(start.value + zero.way, low), high)
+        how = {"step": STEP * abs(zero.way), "slope": zero.slope, "within": (low, high)}
+        located = found_near(zero.condition, self.at, guess, **how)
         # Both sides are looked at beyond the error: they must lie in the family.
-        clear = CLEAR * located.error < ends[1] - ends[0]
-        return located if clear and located.quality != "failed" else None
+        return located if located and CLEAR * located.error < high - low else None
 
     def _meetings(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
         """Yield edges of an attractor with unstable orbits beside them, the closest first."""

@@ -16,7 +16,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
     Fold,
     Meeting,
 )
-from stickslip.analysis.bifurcations.conditions.locate import solve, solve_near
+from stickslip.analysis.bifurcations.conditions.locate import found_near, solve, solve_near
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
 from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
@@ -153,11 +153,8 @@ def _crossing_at(
     """Solve for two curves of orbits that cross where a fold seems to be."""
     start = Crossing(condition.period, condition.points, family.name)
     reach = TOUCHES * (within[1] - within[0])
-    try:
-        found = solve_near(start, family.whole, fold.value, step=reach, within=within)
-    except (ConditionLost, ValueError):
-        return None
-    return found if found.quality != "failed" and _meets(found) else None
+    found = found_near(start, family.whole, fold.value, step=reach, within=within)
+    return found if found and _meets(found) else None
 
 
 def _meets(found: Located) -> bool:
