@@ -12,7 +12,6 @@ from tests.analysis import known_maps as examples
 import stickslip as ss
 from stickslip.analysis.bifurcations.normal_forms import (
     CubicCoefficient,
-    FoldCoefficient,
     flip_coefficient,
     fold_coefficient,
 )
@@ -46,7 +45,6 @@ def test_flip_of_a_cubic(c2, c3):
 def test_a_sign_within_the_error_is_open():
     assert CubicCoefficient(1e-3, 2e-3).criticality is None
     assert CubicCoefficient(math.nan, math.inf).criticality is None
-    assert FoldCoefficient(1e-3, 2e-3, 1.0).side == 0
 
 
 def test_without_neighbours_on_the_branch_nothing_is_known():
@@ -108,13 +106,14 @@ def test_the_period_3_fold_of_the_logistic_map():
         float(mpmath.diff(lambda x: power(x, r), x, 2)), rel=1e-10
     )
     assert found.speed == pytest.approx(float(mpmath.diff(lambda r: power(x, r), r)), rel=1e-10)
-    assert found.side == 1
+    assert found.speed * found.curvature < 0 < abs(found.curvature) - found.error
     for shift, number in ((1e-6, 2), (-1e-6, 0)):
         orbits = periodic_orbits(examples.logistic(r + shift), period=3)
         assert len(orbits) == number
         for orbit in orbits:
             away = np.abs(orbit.points - x).min()
-            assert away == pytest.approx(found.opening * math.sqrt(abs(shift)), rel=1e-2)
+            opened = math.sqrt(2 * abs(found.speed / found.curvature * shift))
+            assert away == pytest.approx(opened, rel=1e-2)
 
 
 @pytest.mark.paper
@@ -132,4 +131,4 @@ def test_the_flip_of_law_9_is_subcritical():
 def test_the_fold_of_law_9_opens_towards_larger_alpha():
     f = WindowMap(ss.event_map(ss.examples.law9(alpha=1.2151058900461)), (0.379, 0.390))
     fold = fold_coefficient(f, [0.3803378423], "alpha")
-    assert fold.side == 1
+    assert fold.speed * fold.curvature < 0 < abs(fold.curvature) - fold.error

@@ -283,7 +283,8 @@ class _Report:
             more = self._search(lambda: self._crises_in(again, self.values, {}), "the crises")
             crises_found += more
             self.values += [item.value for item in more]
-        unaccounted, outside = self._accounted(aside)
+        every_look = filter(self._inside, [*self.looks.values(), *self.between])
+        unaccounted, outside = accounted(every_look, [*self.values, *aside], survey.max_period)
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         found = sorted([*full, *crises_found], key=lambda item: item.value)
@@ -309,13 +310,6 @@ class _Report:
             n_lists=survey.n_nodes,
             looks=tuple(q for q in sorted(self.looks) if survey.lo <= q <= survey.hi),
         )
-
-    def _accounted(
-        self, aside: Iterable[float]
-    ) -> tuple[list[UnresolvedChange], list[UnresolvedChange]]:
-        """Compare all looks: what nothing explains, and what was not asked for."""
-        looks = filter(self._inside, [*self.looks.values(), *self.between])
-        return accounted(looks, [*self.values, *aside], self.survey.max_period)
 
     def _inside(self, look: Look) -> bool:
         """Whether a look is in the range: beside what is at its ends there are others."""

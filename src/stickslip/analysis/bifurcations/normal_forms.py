@@ -43,25 +43,12 @@ class CubicCoefficient:
         return "super" if (self.value > 0) == (self.kind == "flip") else "sub"
 
 
-@dataclass(frozen=True)
-class FoldCoefficient:
+class FoldCoefficient(NamedTuple):
     """A fold: f^p(x) - x is half ``curvature`` u^2 + ``speed`` (q - q0) + ..."""
 
     curvature: float
     error: float  # of the curvature
     speed: float
-
-    @property
-    def side(self) -> int:
-        """Sign of q - q0 where the two orbits exist; 0 if the error leaves it open."""
-        if self.speed == 0 or not abs(self.curvature) > self.error:
-            return 0
-        return -1 if (self.speed > 0) == (self.curvature > 0) else 1
-
-    @property
-    def opening(self) -> float:
-        """The orbits are at ± opening * sqrt(abs(q - q0)) from the fold, to first order."""
-        return float(np.sqrt(2 * abs(self.speed / self.curvature)))
 
 
 @dataclass(frozen=True)
@@ -111,7 +98,7 @@ def flip_coefficient(f: Map1D, points: ArrayLike) -> CubicCoefficient:
 
 
 def fold_coefficient(f: MapFamily, points: ArrayLike, name: str) -> FoldCoefficient:
-    """Find curvature and speed of a fold, whose signs tell where its two orbits exist."""
+    """Find curvature and speed of a fold: its two orbits exist where their signs differ."""
     x = np.asarray(points, dtype=np.float64)
     moved = np.asarray(f.parameter_derivative(x, name), dtype=np.float64)
     slope, (second, error_2), _ = _derivatives(f, x)

@@ -131,13 +131,10 @@ class CriticalEquations(PlaneOrbit):
     angle: float | None  # None: unknown
     border: tuple[NDArray[Any], NDArray[Any]] | None = None
 
-    def angle_at(self, y: Floats) -> float:
-        """Angle of the critical multiplier."""
-        return float(y[-3]) if self.angle is None else self.angle
-
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
         """Return all equations, their Jacobian and what is known of the orbit."""
-        points, (q, s), angle = self.points(y), y[-2:].tolist(), self.angle_at(y)
+        points, (q, s) = self.points(y), y[-2:].tolist()
+        angle = float(y[-3]) if self.angle is None else self.angle
         f, n = self.plane.map_at(q, s), len(self.size)
         residual, jacobian, note = self.orbit(f, points, s)
         multiplier: Any = np.exp(1j * angle) if self.angle is None else np.cos(angle)
@@ -225,7 +222,7 @@ class BorderEquations(PlaneOrbit):
     """
 
     index: int = 0
-    way: Floats | None = None  # to the far side, as long as the domain
+    way: Any = None  # to the far side, as long as the domain
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Critical]:
         """Return all equations, their Jacobian and what is known of the orbit."""
@@ -242,18 +239,13 @@ class BorderEquations(PlaneOrbit):
             count = sum(g is not None for g in pair)
             row[k - 2] = (here[0] - here[1]) / (count * DIFFERENCE * self.widths[k])
         inside = points.copy()
-        inside[self.index] += min(distance - JUST_INSIDE, 0.0) * self._along
+        inside[self.index] += min(distance - JUST_INSIDE, 0.0) * self.way
         residual, jacobian, note = self.orbit(f, inside, s)
         shift = (points - inside).ravel()
         residual = residual + jacobian[:, :-2] @ shift
         none = np.zeros(0)
         critical = Critical(note, np.nan, none, none, np.nan)
         return np.append(residual, distance), np.vstack([jacobian, row]), critical
-
-    @property
-    def _along(self) -> Floats:
-        assert self.way is not None
-        return self.way
 
     def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
         """Yield where the colliding orbit also folds, flips or turns."""
@@ -284,7 +276,7 @@ class BorderEquations(PlaneOrbit):
 
     def _inside(self, f: FamilyND, x: Floats, shares: Floats) -> NDArray[np.bool_]:
         """Tell which points x + share way, (m, k), are on the orbit's own piece."""
-        got = sample(f, x[:, None, :] + shares[..., None] * self._along)
+        got = sample(f, x[:, None, :] + shares[..., None] * self.way)
         own = np.isin(got.label, np.array(sorted(self.pieces[self.index]), dtype=np.uint64))
         return np.asarray(own & (got.status == OK))
 
