@@ -13,18 +13,20 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Mee
 from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
 
 if TYPE_CHECKING:
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
 
 ERRORS: Final = 8.0  # by which two values of one event may differ
 
 
 def solve_together(
-    condition: Collision, at: MapAt, guess: float, *, step: float, within: tuple[float, float]
+    condition: Condition, at: MapAt, guess: float, *, step: float, within: tuple[float, float]
 ) -> Located:
-    """Solve for a collision with all those of its ``others`` that happen at the same value."""
+    """Solve near a guess; a collision with all those of its ``others`` that happen there, too."""
     found = solve_near(condition, at, guess, step=step, within=within)
     joint = found.reading.condition
-    assert isinstance(joint, Collision)
+    if not isinstance(joint, Collision):
+        return found
     kept = tuple(
         other for k, other in enumerate(joint.others) if _agrees(turned(joint, k), at, found, step)
     )

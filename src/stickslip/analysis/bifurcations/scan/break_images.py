@@ -205,9 +205,7 @@ class _Search:
         for k in range(min(same + 1, len(a.off), len(b.off))):
             if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
                 nearest = min(a, b, key=lambda one: abs(one.off[k]))
-                condition = Collision(k + 1, nearest.border, nearest.side)
-                (low, high) = bracket
-                yield Suspect(condition, 0.5 * (low + high), high - low, bracket)
+                yield Suspect(Collision(k + 1, nearest.border, nearest.side), bracket=bracket)
 
     def _at(self, name: Name, q: float, near: BreakImages | None) -> BreakImages | None:
         """Follow one side of a break at another value; None where the break is not."""

@@ -16,7 +16,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
     Fold,
     Meeting,
 )
-from stickslip.analysis.bifurcations.conditions.locate import found_near, solve, solve_near
+from stickslip.analysis.bifurcations.conditions.locate import found_near, solve
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
 from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
@@ -58,12 +58,12 @@ EventKind: TypeAlias = Literal[
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A condition that is expected to hold close to a value of the parameter."""
+    """A condition that is expected to hold close to a value of the parameter, or between two."""
 
     condition: Fold | Flip | Crossing | Collision
-    guess: float
-    reach: float  # how far off that may be
-    bracket: tuple[float, float] | None = None  # where the test function changes its sign, if known
+    guess: float = math.nan
+    reach: float = 0.0  # how far off that may be
+    bracket: tuple[float, float] | None = None  # where the test function changes its sign
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,17 +114,9 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
     try:
         if suspect.bracket is not None:
             found = solve(suspect.condition, family.whole, *suspect.bracket)
-        elif isinstance(suspect.condition, Collision) and suspect.condition.others:
+        else:
             found = solve_together(
                 suspect.condition, family.whole, suspect.guess, step=suspect.reach, within=within
-            )
-        else:
-            found = solve_near(
-                suspect.condition,
-                family.whole,
-                min(max(suspect.guess, within[0]), within[1]),
-                step=suspect.reach,
-                within=within,
             )
     except (ConditionLost, ValueError):
         return None
@@ -220,10 +212,9 @@ def flips_on(piece: Piece) -> list[Suspect]:
         if test[k] == 0 and k > 0:
             continue  # the zero at a sample belongs to the span before it
         nearest = k if abs(test[k]) < abs(test[k + 1]) else k + 1
-        share = test[k] / (test[k] - test[k + 1]) if test[k] != test[k + 1] else 0.5
-        low, high = float(piece.values[k]), float(piece.values[k + 1])
         condition = Flip(piece.period, tuple(piece.points[nearest].tolist()))
-        found.append(Suspect(condition, low + share * (high - low), high - low, (low, high)))
+        bracket = float(piece.values[k]), float(piece.values[k + 1])
+        found.append(Suspect(condition, bracket=bracket))
     return found
 
 
