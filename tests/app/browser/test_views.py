@@ -162,6 +162,19 @@ def test_orbits_through_jumps_are_curves(explorer, collision):
     assert all(np.all(np.diff(s["xs"]) > 0) for s in strands)
 
 
+def test_a_large_diagram_is_linked(explorer):
+    """More points than a call takes arguments."""
+    counted = explorer.page.evaluate(
+        """async () => {
+            const { strands } = await import("/static/strands.js");
+            const of = (f) => Float64Array.from({ length: 200_000 }, (_, k) => f(k));
+            const rows = { value: of((k) => k >> 1), d: of((k) => k % 2), period: of(() => 1) };
+            return strands(rows, []).map(({ xs }) => xs.length);
+        }"""
+    )
+    assert counted == [100_000, 100_000]
+
+
 def test_bands_have_no_gaps(explorer):
     explorer.settle("diagram")
     assert explorer.view("diagram", "view.column") > 1

@@ -78,6 +78,17 @@ export const spelled = (text) => text.replace(/_(\d)/g, (_, digit) => "₀₁₂
 export const listed = (texts) =>
   [texts.slice(0, -1).join(", "), ...texts.slice(-1)].filter(Boolean).join(" and ");
 
+/** Least and greatest of all numbers in some lists. @param {Iterable<number>[]} lists @returns {[number, number]} */
+export function span(...lists) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const values of lists)
+    for (const value of values) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  return [low, high];
+}
+
 /**
  * Index of the nearest of sorted values.
  * @param {ArrayLike<number>} sorted

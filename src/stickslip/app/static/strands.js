@@ -3,6 +3,7 @@
  *
  * @import {Numbers} from "./types.js"
  */
+import { span } from "./numbers.js";
 
 const REACH = 0.08; // of what all points span: how far a point may move from one value to the next
 
@@ -25,8 +26,8 @@ export function strands({ value, d, period }, ends) {
     const orbit = [...d.slice(k, k + period[k])];
     columns.set(value[k], [...(columns.get(value[k]) ?? []), orbit]);
   }
-  const all = [...d];
-  const reach = REACH * (Math.max(...all) - Math.min(...all));
+  const [low, high] = span(d);
+  const reach = REACH * (high - low);
   const curves = linked(columns, reach);
   const at = [...columns.keys()].sort((a, b) => a - b);
   for (const { xs, points } of curves) {

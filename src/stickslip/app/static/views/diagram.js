@@ -9,7 +9,7 @@ import { BIFURCATIONS, Labels, mark } from "../marks.js";
 import { noStrands, strands } from "../strands.js";
 import { AWAY, bifurcationThings, told, under } from "../objects.js";
 import { coordinateOf } from "../model.js";
-import { short, spelled } from "../numbers.js";
+import { short, span, spelled } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
 
@@ -88,13 +88,7 @@ export class DiagramView extends View {
 
   /** What the dots span. */
   extent() {
-    let [low, high] = [Infinity, -Infinity];
-    for (const [, points] of this.dots) {
-      for (const point of points) {
-        if (point < low) low = point;
-        if (point > high) high = point;
-      }
-    }
+    const [low, high] = span(...this.dots.map(([, points]) => points));
     if (!(high >= low)) return [-1, 1];
     const pad = 0.06 * (high - low) || 0.1;
     return [low - pad, high + pad];

@@ -6,7 +6,7 @@
  */
 import { element } from "../dom.js";
 import { isStructure } from "../model.js";
-import { listed } from "../numbers.js";
+import { column, listed, span } from "../numbers.js";
 import { mathText } from "../plot.js";
 import { SANS, colors } from "../theme.js";
 import { contactName, Timeline } from "./motion.js";
@@ -416,10 +416,7 @@ function sceneOf(model, data, arrays) {
   const under = Array.from({ length: count }, (_, b) =>
     contacts.findIndex(({ bodies }) => bodies.length === 1 && bodies[0] === b),
   );
-  const spans = under.map((_, b) => {
-    const column = Array.from({ length: samples }, (__, k) => place(b, k));
-    return [Math.min(...column), Math.max(...column)];
-  });
+  const spans = under.map((_, b) => span(column(from, b, wide)));
   const middle = spans.map(([low, high]) => (scaled ? (low + high) / 2 : 0));
   const far = Math.max(...spans.map(([low, high], b) => Math.max(high - middle[b], middle[b] - low)));
   const [{ V }] = contacts;

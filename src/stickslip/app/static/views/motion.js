@@ -6,27 +6,21 @@
  */
 import { mark } from "../marks.js";
 import { isStructure } from "../model.js";
-import { column, short } from "../numbers.js";
+import { column, short, span } from "../numbers.js";
 import { Plot } from "../plot.js";
 import { SANS, colors } from "../theme.js";
 import { View } from "./view.js";
 
 /**
  * Smallest box around values, with some room.
- * @param {ArrayLike<number>[]} xs
- * @param {ArrayLike<number>[]} ys
+ * @param {Iterable<number>[]} xs
+ * @param {Iterable<number>[]} ys
  * @returns {Box}
  */
 function around(xs, ys) {
   return /** @type {Box} */ (
     [xs, ys].flatMap((lists) => {
-      let [low, high] = [Infinity, -Infinity];
-      for (const values of lists) {
-        for (let k = 0; k < values.length; k++) {
-          if (values[k] < low) low = values[k];
-          if (values[k] > high) high = values[k];
-        }
-      }
+      const [low, high] = span(...lists);
       if (!(high >= low)) return [-1, 1];
       const dust = 1e-9 * Math.max(Math.abs(low), Math.abs(high)); // rounding is no motion
       const pad = high - low > dust ? 0.07 * (high - low) : 0.1;
