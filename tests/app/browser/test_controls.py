@@ -240,6 +240,42 @@ def test_stepping_and_playing_along_the_parameter(explorer):
     assert button.get_attribute("aria-pressed") == "false"
 
 
+@pytest.mark.parametrize("how", ["undo", "tour", "link", "slider", "along"])
+def test_who_goes_elsewhere_stops_what_plays(explorer, how):
+    explorer.type_into("mu", 0.3)
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("p")
+    explorer.page.wait_for_function("() => explorer.state.model.V > 0.036605")
+    match how:
+        case "undo":
+            explorer.page.keyboard.press("z")
+        case "tour":
+            explorer.page.keyboard.press("g")
+        case "link":
+            explorer.show("preset=fig08")
+        case "slider":
+            explorer.page.locator("[data-slider='alpha']").press("ArrowRight")
+        case "along":
+            along = explorer.page.locator("select[aria-label='Parameter of the diagram']")
+            along.select_option("beta")
+    button = explorer.page.locator("button[aria-label='Play along the parameter']")
+    assert button.get_attribute("aria-pressed") == "false"
+    state = explorer.settle().state
+    explorer.page.wait_for_timeout(200)
+    assert explorer.state == state
+    if how == "tour":
+        explorer.page.keyboard.press("g")
+
+
+def test_what_plays_goes_on_while_the_view_changes(explorer):
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("p")
+    explorer.page.evaluate("() => explorer.zoom('map', [0, 0.4, 0, 0.4])")
+    explorer.page.evaluate("() => explorer.startAt(0.2)")
+    value = explorer.page.evaluate("() => explorer.parameter")
+    explorer.page.wait_for_function(f"() => explorer.parameter > {value} + 1e-5")
+
+
 def test_nothing_plays_along_what_has_no_diagram(explorer):
     press = explorer.page.keyboard.press
     explorer.page.evaluate("() => document.activeElement.blur()")

@@ -48,6 +48,47 @@ def test_nonsense_in_the_address_gives_the_first_preset(explorer):
     assert explorer.state["power"] == 2
 
 
+BROKEN = {
+    "model=%7B%22kind%22%3A%22chain": "its model has no kind",  # a link that was cut
+    'model={"kind":"structure","mass":[1],"contact":[null]}': "contact 1 of its model is no table",
+    'model={"kind":"structure","mass":[1],"contact":[{"at":0}]}': "friction law 1 of its model",
+    'model={"kind":"structure","contact":[{"friction":{"law":"coulomb"}}]}': "has no mass",
+    'model={"kind":"structure","mass":1,"contact":[{"friction":{"law":"coulomb"}}]}': "mass of its",
+    'model={"kind":"chain","V":"x","friction":{"law":"coulomb"}}': "V of its model is no number",
+    "kind=three_block&alpha=1": "no known model",
+    "kind=two_block&law=glue": "no known model and law",
+    "kind=two_block&alpha=nonsense": "alpha = nonsense is no number",
+    "preset=nothing": "there is no preset nothing",
+}
+
+
+@pytest.mark.parametrize("fragment", BROKEN)
+def test_a_broken_link_says_what_is_wrong_and_begins_with_the_first_preset(explorer, fragment):
+    explorer.page.evaluate("() => explorer.setParameter('V', 0.037)")
+    explorer.show(fragment)
+    assert BROKEN[fragment] in explorer.page.locator(".controls > .error").text_content()
+    assert explorer.page.locator("select[aria-label='Preset']").input_value() == "coulomb"
+
+
+def test_what_was_wrong_with_a_link_is_told_until_something_changes(explorer):
+    explorer.open('model={"kind":"structure","mass":[1],"contact":[null]}')
+    error = explorer.page.locator(".controls > .error")
+    told = "contact 1 of its model is no table. Shown is Coulomb friction (figure 5)."
+    assert error.text_content() == f"The address cannot be read: {told}"
+    assert explorer.state["model"]["V"] == 0.0366
+    explorer.type_into("V", 0.037)
+    assert error.is_hidden()
+
+
+@pytest.mark.parametrize("views", ["law", "table", "law,nothing"])
+def test_a_link_to_large_views_that_are_none_shows_all(explorer, views):
+    explorer.open(f"preset=coulomb&large={views}")
+    explorer.show(f"kind=two_block&large={views}")
+    assert explorer.panel("map").is_visible()
+    explorer.page.get_by_role("button", name="Present").click()
+    assert explorer.state["large"] == ["map", "mechanism"]
+
+
 def test_the_address_is_copied(explorer):
     explorer.page.locator("button[aria-label='Copy the address of what you see']").click()
     explorer.page.wait_for_function("() => document.querySelector('.toast').textContent")

@@ -43,6 +43,7 @@ export class App {
     this.alone = document.documentElement.hasAttribute("data-alone");
     this.store = new Store(state);
     /** @type {View[]} */ this.views = [];
+    /** Those that can be shown large. @type {View[]} */ this.presentable = [];
     this.known = new Answers();
     /** Of each slot what was asked last, unless it was stopped. @type {Map<string, string>} */
     this.asked = new Map();
@@ -56,6 +57,8 @@ export class App {
     /** @type {(t: number) => void} */ this.showTime = () => {};
     /** @type {(field: string | null, message: string) => void} */ this.showError = () => {};
     /** @type {(message: string) => void} */ this.announce = () => {};
+    /** What is shown may have other names. */
+    this.arrange = () => {};
     this.restTimer = 0;
     const url = new URL("ws", location.href);
     url.protocol = location.protocol === "https:" ? "wss:" : "ws:";
@@ -86,7 +89,7 @@ export class App {
 
   /** Views presented, if any: those of the state that the model has. */
   get large() {
-    const known = this.views.filter((view) => view.isFor(this.state)).map(({ id }) => id);
+    const known = this.presentable.filter((view) => view.isFor(this.state)).map(({ id }) => id);
     return this.state.large.filter((id) => known.includes(id));
   }
 
@@ -200,9 +203,10 @@ export class App {
         view.id === "diagram"
           ? Boolean(vertical) || !same(range, full)
           : Boolean(this.state.windows[view.zoomed]);
-      if (view.panel.reset) view.panel.reset.hidden = !zoomed;
+      view.panel.reset.hidden = !zoomed;
       view.show();
     }
+    this.arrange();
     this.judge();
   }
 
@@ -280,6 +284,7 @@ export class App {
   /** @param {string} slot */
   #tell(slot) {
     for (const view of this.views) if (view.slots.includes(slot)) view.refresh();
+    this.arrange();
     this.judge();
   }
 

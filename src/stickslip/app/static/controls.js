@@ -215,7 +215,7 @@ export class Controls {
         set(values);
       },
     });
-    shows.push((state) => write(field, get(state).join(", ")));
+    shows.push((state) => write(field, [get(state)].flat().join(", ")));
     return element("div", { class: "row wide", title: one.meaning }, symbolOf(one), field);
   }
 

@@ -68,8 +68,8 @@ export function keyTable({ app, controls, player, walk, theme, help, legend, tab
   ];
 }
 
-/** @param {Key[]} table @param {Player} player */
-export function listen(table, player) {
+/** @param {Key[]} table */
+export function listen(table) {
   document.addEventListener("keydown", (event) => {
     const target = /** @type {HTMLElement} */ (event.target);
     const fields = "input:not([type=range]), textarea, select";
@@ -83,8 +83,6 @@ export function listen(table, player) {
     event.preventDefault();
     found.run(event);
   });
-  // Whoever takes hold of a control stops the player.
-  document.querySelector(".controls")?.addEventListener("input", () => player.stop());
 }
 
 /** @param {Key[]} table */

@@ -2,27 +2,25 @@
  * One or two views, large, for a screen that many look at: which ones is part of the state.
  *
  * @import {App} from "./app.js"
- * @import {View} from "./views/view.js"
  */
 import { element } from "./dom.js";
 
 const FIRST = ["map", "mechanism"];
 
 export class Large {
-  /** @param {App} app @param {View[]} views  that may be presented */
-  constructor(app, views) {
+  /** @param {App} app */
+  constructor(app) {
     this.app = app;
-    this.views = views;
     this.arranged = "";
     this.choices = ["First large view", "Second large view"].map((label, place) => {
       const onchange = () => this.#choose(place);
       return element("select", { class: "large-view", "aria-label": label, onchange });
     });
-    app.store.subscribe(() => this.arrange());
+    app.arrange = () => this.arrange();
   }
 
   get #known() {
-    return this.views.filter((view) => view.isFor(this.app.state));
+    return this.app.presentable.filter((view) => view.isFor(this.app.state));
   }
 
   toggle() {
@@ -62,6 +60,6 @@ export class Large {
       choice.replaceChildren(...names.map(([value, text]) => element("option", { value }, text)));
       choice.value = large[place] ?? "";
     });
-    for (const { id, panel } of this.views) panel.section.style.order = String(large.indexOf(id));
+    for (const { id, panel } of this.app.presentable) panel.section.style.order = String(large.indexOf(id));
   }
 }

@@ -12,7 +12,7 @@ import { Large } from "./large.js";
 import { showLegend } from "./legend.js";
 import { Player } from "./player.js";
 import { Shipped } from "./shipped.js";
-import { completeState, fromFragment, toFragment } from "./state.js";
+import { completeState, fromAddress, toFragment } from "./state.js";
 import { reducedMotion, switchTheme, watchTheme } from "./theme.js";
 import { blockCount, hasLineMap, hasSpaceMap, mapOf, sticksAsOne } from "./model.js";
 import { Tour } from "./tour.js";
@@ -32,12 +32,25 @@ const MOST_PORTRAITS = 8;
 /** @param {string} name */
 const read = async (name) => (await fetch(`static/shipped/${name}.json`)).json();
 
-/** The state that the address asks for: whole, by the name of a preset, or none. */
-function stateOfAddress(/** @type {Limits} */ limits, /** @type {Preset[]} */ presets) {
-  const fragment = location.hash.slice(1);
-  const wanted = new URLSearchParams(fragment).get("preset");
-  const preset = presets.find(({ name }) => name === wanted) ?? presets[0];
-  return fromFragment(limits, fragment) ?? completeState(limits, preset?.state ?? {});
+/**
+ * The state that the address asks for, whole or by the name of a preset; of one that cannot be read the
+ * first preset, and why.
+ * @param {Limits} limits @param {Preset[]} presets
+ */
+function stateOfAddress(limits, presets) {
+  const given = new Map(new URLSearchParams(location.hash.slice(1)));
+  const name = given.get("preset") ?? (given.size ? undefined : presets[0].name);
+  const preset = presets.find((one) => one.name === name);
+  try {
+    if (name && !preset) throw new Error(`there is no preset ${name}`);
+    const state = preset ? completeState(limits, preset.state) : fromAddress(limits, given);
+    return { state, fault: "" };
+  } catch (error) {
+    const [{ state, title }] = presets;
+    const why = /** @type {Error} */ (error).message;
+    const fault = `The address cannot be read: ${why}. Shown is ${title}.`;
+    return { state: completeState(limits, state), fault };
+  }
 }
 
 /** How far the kernels are. @param {{done: number, of: number}} [steps] */
@@ -72,7 +85,8 @@ function addViews(app, main) {
   const inMain = [...line, ...portraits, plane, table, cycle, section];
   main.append(...inMain.map((view) => view.panel.section));
   app.views = [law, ...inMain];
-  return { law, table, inMain };
+  app.presentable = inMain.filter((view) => view !== table);
+  return { law, table };
 }
 
 /** Show the table in the place of the small views, or these. @param {App} app @param {TableView} table */
@@ -92,9 +106,10 @@ async function start() {
   );
   const status = /** @type {HTMLElement} */ (document.querySelector(".connection"));
   const toast = /** @type {HTMLElement} */ (document.querySelector(".toast"));
+  const { state, fault } = stateOfAddress(limits, presets);
   const app = new App(
     limits,
-    stateOfAddress(limits, presets),
+    state,
     new Shipped(entries),
     (open, steps) => {
       status.textContent = open ? preparing(steps) : "No connection to the server; trying again …";
@@ -111,7 +126,7 @@ async function start() {
     toastTimer = setTimeout(() => (toast.textContent = ""), 4000);
   };
   const main = /** @type {HTMLElement} */ (document.querySelector("main"));
-  const { law, table, inMain } = addViews(app, main);
+  const { law, table } = addViews(app, main);
   const player = new Player(app);
   const side = /** @type {HTMLElement} */ (document.querySelector(".controls"));
   const controls = new Controls(app, presets, player, side);
@@ -120,10 +135,7 @@ async function start() {
   const redraw = () => app.views.forEach((view) => view.refresh());
   const theme = () => switchTheme(redraw);
   const tour = new Tour(app, presets, side);
-  const large = new Large(
-    app,
-    inMain.filter((view) => view !== table),
-  );
+  const large = new Large(app);
   const does = {
     theme,
     present: () => large.toggle(),
@@ -138,18 +150,22 @@ async function start() {
   const keys = keyTable({ app, controls, player, leave: () => large.end(), walk: tour, ...does });
   const help = helpDialog(keys);
   document.body.append(help);
-  listen(keys, player);
+  listen(keys);
   addTools(app, does, large.choices);
   watchTheme(redraw);
-  keepAddress(app, limits, presets);
+  keepAddress(app, () => {
+    const asked = stateOfAddress(limits, presets);
+    app.store.replace(asked.state);
+    controls.mark(null, asked.fault);
+  });
   const arrange = () => {
     main.dataset.map = mapOf(app.state).kind;
     main.dataset.contacts = String(blockCount(app.state.model));
   };
   app.store.subscribe(arrange);
   arrange();
-  large.arrange();
   app.changed();
+  controls.mark(null, fault);
   if (!reducedMotion()) controls.playMotion(true);
   document.documentElement.dataset.ready = "true";
   Object.assign(window, { explorer: app });
@@ -197,21 +213,15 @@ function addTools(app, does, choices) {
   );
 }
 
-/** Write the state into the address, and follow an address that is typed. */
-function keepAddress(
-  /** @type {App} */ app,
-  /** @type {Limits} */ limits,
-  /** @type {Preset[]} */ presets,
-) {
+/** Write the state into the address, and follow an address that is typed. @param {App} app @param {() => void} follow */
+function keepAddress(app, follow) {
   let timer = 0;
-  app.store.subscribe((state) => {
+  const write = () => history.replaceState(null, "", `#${toFragment(app.limits, app.state)}`);
+  app.store.subscribe(() => {
     clearTimeout(timer);
-    timer = setTimeout(
-      () => history.replaceState(null, "", `#${toFragment(limits, state)}`),
-      ADDRESS_MS,
-    );
+    timer = setTimeout(write, ADDRESS_MS);
   });
-  addEventListener("hashchange", () => app.store.replace(stateOfAddress(limits, presets)));
+  addEventListener("hashchange", follow);
 }
 
 start().catch((error) => {

@@ -160,6 +160,31 @@ export function continuousParameters(limits, model) {
   return [...ofModel, ...ofLaws.flat()].filter((one) => !one.per_block && !one.values);
 }
 
+/** What a structure's numbers stand in, beside its contacts and forces: lists, or lists of rows. */
+const LISTS = ["mass", "stiffness", "damping", "force", "A", "B", "C", "a"];
+
+/**
+ * What keeps the page from showing a model that an address gives whole, in words; empty if nothing does.
+ * Whether its numbers make sense the server says.
+ * @param {any} model
+ */
+export function faultOf(model) {
+  const isTable = (/** @type {any} */ one) => one instanceof Object && !Array.isArray(one);
+  if (!isTable(model) || typeof model.kind !== "string") return "its model has no kind";
+  const contacts = isStructure(model) ? model.contact : [];
+  const bare = contacts.findIndex((/** @type {any} */ one) => !isTable(one));
+  if (bare >= 0) return `contact ${bare + 1} of its model is no table`;
+  const lawless = lawsOf(model).findIndex((law) => typeof law?.law !== "string");
+  if (lawless >= 0) return `friction law ${lawless + 1} of its model has no name`;
+  const waves = [model, ...contacts].flatMap(({ forcing, belt }) => forcing ?? belt ?? []);
+  if (!waves.every(isTable)) return "a force or a belt of its model is no table";
+  if (!isStructure(model)) return "";
+  if (!model.A && !model.mass) return "its model has no mass";
+  const parts = [model, ...contacts.map((/** @type {any} */ { load }) => ({ load }))];
+  const scalar = [...LISTS, "load"].find((key) => !parts.every((one) => Array.isArray(one[key] ?? [])));
+  return scalar ? `${scalar} of its model is no list` : "";
+}
+
 /** @typedef {(string | number)[]} Path  keys, the last of them a value's own */
 
 const SYMBOLS = {
@@ -191,7 +216,7 @@ function entriesOf(model) {
   const add = (/** @type {string} */ name, /** @type {string} */ stem, /** @type {Path[]} */ paths) => {
     const value = at(model, paths[0]);
     if (value === 0 && !EVERYWHERE.has(stem)) return;
-    const [letter, meaning] = /** @type {any} */ (SYMBOLS)[stem];
+    const [letter, meaning] = /** @type {any} */ (SYMBOLS)[stem] ?? [stem, stem];
     const index = name.match(/\d+/g)?.join() ?? "";
     const told = { symbol: index ? `${letter}_${index}` : letter, meaning: `${meaning} ${index}`.trim() };
     entries.push({ one: { name, ...told, default: value, ...rangeAbout(value) }, paths });
@@ -218,7 +243,7 @@ function entriesOf(model) {
       else add(`${prefix}.${key}`, key, [[...place, key]]);
     }
   });
-  for (const stem of ["mass", "stiffness", "damping", "force", "A", "B", "C", "a"]) {
+  for (const stem of LISTS) {
     const rows = model[stem] ?? [];
     const pairs = ["mass", "stiffness", "damping"].includes(stem) && isSymmetric(rows);
     rows.forEach((/** @type {any} */ row, /** @type {number} */ i) => {
@@ -237,7 +262,7 @@ function entriesOf(model) {
 const isSymmetric = (rows) =>
   rows.every(
     (/** @type {any} */ row, /** @type {number} */ i) =>
-      !Array.isArray(row) || row.every((value, j) => value === rows[j][i]),
+      !Array.isArray(row) || row.every((value, j) => value === rows[j]?.[i]),
   );
 
 /** What a slider spans about a value of which nothing is known. @param {number} value */

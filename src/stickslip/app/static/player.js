@@ -10,9 +10,23 @@ export class Player {
   /** @param {App} app */
   constructor(app) {
     this.app = app;
-    this.playing = false;
+    this.playing = this.going = false;
     this.run = 0; // number of the present one: a step of an earlier one may still be due
     /** @type {(playing: boolean) => void} */ this.onchange = () => {};
+    this.along = app.state;
+    app.store.subscribe((state) => {
+      const { model, diagram } = this.along;
+      const other = state.model !== model || state.diagram.parameter !== diagram.parameter;
+      if (this.playing && other && !this.going) this.stop(); // somebody else goes elsewhere
+      this.along = state;
+    });
+  }
+
+  /** @param {number} value */
+  #go(value) {
+    this.going = true;
+    this.app.goTo(value);
+    this.going = false;
   }
 
   /** @param {number} steps @returns {boolean} whether the range goes on from there */
@@ -20,7 +34,7 @@ export class Player {
     const { app } = this;
     const [low, high] = app.state.diagram.range;
     const value = app.parameter + (steps * (high - low)) / STEPS;
-    app.goTo(Math.min(high, Math.max(low, value)));
+    this.#go(Math.min(high, Math.max(low, value)));
     return value < high;
   }
 
@@ -29,7 +43,7 @@ export class Player {
     const [low, high] = this.app.state.diagram.range;
     const { parameter } = this.app;
     const outside = parameter < low || parameter >= high - 1e-9 * (high - low);
-    if (outside) this.app.goTo(low);
+    if (outside) this.#go(low);
     this.playing = true;
     this.onchange(true);
     this.#play(++this.run);

@@ -6,6 +6,7 @@
 import {
   continuousParameters,
   defaultModel,
+  faultOf,
   hasLaws,
   hasLineMap,
   isStructure,
@@ -138,6 +139,7 @@ function around(
   /** @type {any} */ entry,
 ) {
   const value = valueOf(limits, model, entry.name);
+  if (typeof value !== "number") throw new Error(`${entry.name} of its model is no number`);
   const reach = Math.max(0.02 * Math.abs(value), 4 * entry.step);
   const low = Math.max(value - reach, Math.min(value, entry.min));
   return /** @type {[number, number]} */ ([clean(low), clean(value + reach)]);
@@ -225,16 +227,22 @@ const flat = (table, before = "") =>
       : [[before + key, value]],
   );
 
+const WORDS = /^(kind|law(_\d+)?|model|section|sliders|along|large)$/;
+
 /**
  * The state that an address names; what it leaves out takes its default.
- * @param {Limits} limits
- * @param {string} fragment  without the leading #
- * @returns {State | null}  null where it names no model
+ * @param {Limits} limits @param {Map<string, string>} given
+ * @returns {State}
+ * @throws where something in it cannot be read
  */
-export function fromFragment(limits, fragment) {
-  const given = new Map(new URLSearchParams(fragment));
-  const model = tableOf(given.get("model")) ?? modelOf(limits, given);
-  if (!model) return null;
+export function fromAddress(limits, given) {
+  for (const [key, text] of given)
+    if (!WORDS.test(key) && !text.split(/[,:]/).every((one) => Number.isFinite(Number(one))))
+      throw new Error(`${key} = ${text} is no number`);
+  const whole = given.has("model");
+  const model = whole ? parsed(given.get("model")) : modelOf(limits, given);
+  const wrong = whole ? faultOf(model) : model ? "" : "it names no known model and law";
+  if (wrong) throw new Error(wrong);
   return completeState(limits, {
     model,
     d: number(given.get("d")),
@@ -244,7 +252,7 @@ export function fromFragment(limits, fragment) {
     power: number(given.get("power")),
     max_period: number(given.get("max_period")),
     section: parsed(given.get("section")),
-    sliders: parsed(given.get("sliders")) ?? undefined,
+    sliders: pairs(parsed(given.get("sliders"))),
     diagram: along(given),
     windows: zooms(given),
     large: (given.get("large") ?? "").split(",").filter(Boolean),
@@ -258,7 +266,10 @@ export function fromFragment(limits, fragment) {
  */
 function modelOf(limits, given) {
   const kind = given.get("kind") ?? "";
+  const known = limits.laws.map(({ law }) => law);
+  const named = [...given].filter(([key]) => /^law(_\d+)?$/.test(key)).map(([, law]) => law);
   if (!limits.models.some((entry) => entry.kind === kind)) return null;
+  if (!named.every((law) => known.includes(law))) return null;
   let model = defaultModel(limits, kind, given.get("law") ?? "");
   if (given.has("forcing.amplitude")) model = withForcing(limits, model, true);
   const laws = [];
@@ -273,18 +284,6 @@ function modelOf(limits, given) {
   return model;
 }
 
-/**
- * The model that an address gives whole, as a notebook does.
- * @param {string | undefined} text
- * @returns {Model | null}
- */
-function tableOf(text) {
-  const table = parsed(text);
-  const laws = table ? lawsOf(table) : [];
-  const known = laws.length && laws.every((/** @type {any} */ law) => typeof law?.law === "string");
-  return typeof table?.kind === "string" && known ? table : null;
-}
-
 /** @param {string | undefined} text @returns {any}  null of what is no table */
 function parsed(text) {
   try {
@@ -294,6 +293,12 @@ function parsed(text) {
     return null;
   }
 }
+
+/** A table of pairs of numbers, if it is one. @param {any} table */
+const pairs = (table) =>
+  table && Object.values(table).every((ends) => ends?.length === 2 && ends.every(Number.isFinite))
+    ? table
+    : undefined;
 
 /** @param {string} text @param {any} like */
 function parse(text, like) {
