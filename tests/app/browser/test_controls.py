@@ -17,6 +17,16 @@ def test_a_slider_is_moved_by_the_keyboard(explorer):
     assert slider.get_attribute("aria-valuetext") == "0.0368"
 
 
+def test_a_slider_goes_on_from_a_value_beyond_its_end(explorer):
+    explorer.type_into("beta", 9)
+    slider = explorer.page.locator("[data-slider='beta']")
+    slider.focus()
+    slider.press("ArrowRight")
+    assert explorer.state["model"]["beta"] == 9
+    slider.press("ArrowLeft")
+    assert 8 < explorer.settle().state["model"]["beta"] < 9
+
+
 def test_a_slider_is_moved_by_the_pointer(explorer):
     box = explorer.page.locator("[data-slider='alpha']").bounding_box()
     explorer.page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + box["height"] / 2)
@@ -321,6 +331,17 @@ def test_the_diagram_takes_another_parameter_and_range(explorer):
     low.fill("2")
     low.press("Enter")
     assert "smaller to a larger" in explorer.page.locator(".controls > .error").text_content()
+
+
+def test_another_parameter_or_law_leaves_the_periods_that_are_followed(explorer):
+    explorer.show("kind=two_block&followed=7")
+    assert explorer.state["diagram"]["max_period"] == 7
+    explorer.page.locator("select[aria-label='Parameter of the diagram']").select_option("beta")
+    assert explorer.state["diagram"]["max_period"] == 7
+    with explorer.asking_only("law"):
+        explorer.page.locator("select[aria-label='Friction law']").select_option("popp-stelter")
+        assert explorer.state["diagram"]["max_period"] == 7
+        explorer.show("preset=coulomb", "law")
 
 
 def test_long_work_shows_its_progress_and_can_be_stopped(explorer):

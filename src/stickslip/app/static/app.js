@@ -146,7 +146,8 @@ export class App {
    * @param {any} model
    */
   setModel(model) {
-    const diagram = completeAlong(this.limits, model, { parameter: this.state.diagram.parameter });
+    const { parameter, max_period } = this.state.diagram;
+    const diagram = completeAlong(this.limits, model, { parameter, max_period });
     const anew = { map: null, section: null, sliders: slidersOf(this.limits, model) };
     this.store.update({ model, diagram, windows: {}, ...anew }, "model");
   }

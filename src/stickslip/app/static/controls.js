@@ -391,11 +391,10 @@ export class Controls {
     this.along = element("select", {
       "aria-label": "Parameter of the diagram",
       onchange: () => {
-        const parameter = this.along.value;
-        app.store.update(
-          { diagram: completeAlong(app.limits, app.state.model, { parameter, range: undefined }) },
-          "along",
-        );
+        const { model, diagram } = app.state;
+        const { max_period } = diagram;
+        const given = { parameter: this.along.value, max_period };
+        app.store.update({ diagram: completeAlong(app.limits, model, given) }, "along");
       },
     });
     const ends = [0, 1].map((end) =>
@@ -608,11 +607,9 @@ function sliderOf(one, label, set) {
       }[event.key];
       if (!steps) return;
       event.preventDefault();
-      set(
-        clean(
-          Math.min(one.max, Math.max(one.min, now + steps * (event.shiftKey ? 10 : 1) * one.step)),
-        ),
-      );
+      const to = now + steps * (event.shiftKey ? 10 : 1) * one.step;
+      // A value that was typed beyond an end comes back from there step by step.
+      set(clean(Math.min(Math.max(one.max, now), Math.max(Math.min(one.min, now), to))));
     },
   });
   return {
