@@ -179,6 +179,23 @@ def test_it_says_what_it_does_not_compute(alone):
     )
 
 
+def test_an_answer_that_does_not_load_has_failed(alone):
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.route("**/fig14-power.bin", lambda route: route.abort())
+    alone.page.route("**/fig14-basins.bin", lambda route: route.fulfill(status=404))
+    alone.page.evaluate("() => { location.hash = 'preset=fig14'; }")
+    failed = "[data-panel={}][data-state=failed]"
+    for name in ("power", "basins"):
+        alone.page.wait_for_selector(failed.format(name))
+        assert "does not load" in alone.panel(name).locator(".badge").text_content()
+    assert all("Failed to load" in one for one in alone.complaints)  # the browser's own lines
+    alone.complaints.clear()
+    alone.page.unroute_all()
+    alone.page.evaluate("() => explorer.store.update({ t_end: 60 }, 'test')")
+    alone.page.wait_for_selector("[data-panel=basins][data-state=example]")
+    alone.page.wait_for_selector("[data-panel=power][data-state=example]")
+
+
 def test_the_motion_plays_and_the_tour_goes(alone):
     alone.page.wait_for_function(ALL_SHOWN)
     alone.page.keyboard.press("Space")

@@ -80,6 +80,7 @@ export class Answers {
     const shown = this.shown.get(slot);
     if (shown?.done && !shown.shipped && alike(shown.question, answer.question)) return false;
     this.shown.set(slot, answer);
+    if (this.newest.get(slot)?.error) this.newest.delete(slot); // it failed once
     return true;
   }
 

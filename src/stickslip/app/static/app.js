@@ -247,8 +247,8 @@ export class App {
     const base = { question, before: [], done: true, shipped: true, progress: 1 };
     const shipped = this.shipped.find(question);
     shipped
-      ?.then((parts) => parts.length && this.#offer(slot, text, { ...base, parts }))
-      .catch(() => {}); // the live answer comes all the same
+      ?.then((parts) => this.#offer(slot, text, { ...base, parts }))
+      .catch(() => this.#unread(slot, question, text));
     if (this.alone && shipped) return this.connection.forget(slot); // there is no better one
     this.connection.ask(slot, question, (/** @type {Part} */ part) =>
       this.receive(slot, question, part),
@@ -263,6 +263,14 @@ export class App {
     if (this.asked.get(slot) !== text || !this.known.offer(slot, answer)) return;
     if (slot === "motion") this.#move();
     this.#tell(slot);
+  }
+
+  /** What was shipped does not load: nothing else comes, if there is no server. @param {string} slot @param {Question} question @param {string} text */
+  #unread(slot, question, text) {
+    if (!this.alone || this.asked.get(slot) !== text) return;
+    this.asked.delete(slot);
+    const error = { message: "its file does not load" };
+    this.receive(slot, question, { id: 0, part: 0, view: "", last: true, progress: 0, data: {}, arrays: {}, error });
   }
 
   /** Stop; the same question may be asked again at once. @param {string} slot */

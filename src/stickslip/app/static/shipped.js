@@ -37,15 +37,17 @@ export class Shipped {
   find(question) {
     const file = this.entries.find((entry) => alike(entry, question))?.file;
     if (!file) return undefined;
-    if (!this.read.has(file)) this.read.set(file, load(file));
-    return this.read.get(file);
+    const read = this.read.get(file) ?? load(file);
+    this.read.set(file, read);
+    read.catch(() => this.read.delete(file)); // who asks again has it loaded again
+    return read;
   }
 }
 
 /** @param {string} file @returns {Promise<Part[]>} */
 async function load(file) {
   const reply = await fetch(`static/shipped/${file}`);
-  if (!reply.ok || !reply.body) return [];
+  if (!reply.ok || !reply.body) throw new Error(`the server answered ${reply.status}`);
   const plain = reply.body.pipeThrough(new DecompressionStream("gzip"));
   return decoded(await new Response(plain).arrayBuffer());
 }
