@@ -433,6 +433,39 @@ def test_a_plot_is_moved_by_the_keyboard(explorer):
     assert explorer.settle().state["windows"]["map"] is None
 
 
+def test_the_time_is_walked_by_the_keyboard(explorer):
+    time = explorer.panel("mechanism").locator(".timeline .plot-over")
+    time.focus()
+    for key, t in (("Home", 0), ("ArrowRight", 1.2), ("PageUp", 13.2), ("ArrowLeft", 12)):
+        time.press(key)
+        assert explorer.page.evaluate("() => explorer.clock.t") == pytest.approx(t, rel=1e-9)
+    assert explorer.panel("mechanism").locator(".timeline .tip").text_content() == "t = 12"
+    time.press("End")
+    assert explorer.page.evaluate("() => explorer.clock.t") == 120
+    time.blur()
+    assert explorer.panel("mechanism").locator(".timeline .tip").is_hidden()
+
+
+def test_the_law_is_read_by_the_keyboard(explorer):
+    law = explorer.plot("law")
+
+    def told(part):
+        return explorer.panel("law").locator(part).text_content().replace("\u2212", "-")
+
+    law.focus()
+    law.press("ArrowRight")
+    assert told(".tip") == "w = 0.01: F = -0.22"
+    for _ in range(2):
+        law.press("ArrowLeft")
+    assert told(".tip") == "w = -0.01: F = 0.22"
+    explorer.page.get_by_label("a law for each block").check()
+    explorer.type_into("mu_2", 0.3)
+    law.focus()
+    law.press("End")
+    assert told(".tip") == "w = 0.5: F = -0.22 and -0.3"
+    assert told(".sentence") == "In stick from -1 to 1; at w = 0.5: F = -0.22 and -0.3."
+
+
 def test_a_lost_connection_is_told_and_taken_up_again(explorer):
     explorer.page.evaluate("() => explorer.connection.link.socket.close()")
     status = explorer.page.locator(".connection")

@@ -37,6 +37,11 @@ export class Clock {
     this.seek(this.t);
   }
 
+  /** Whose motion it is. @returns {any} */
+  get model() {
+    return this.motion?.question.request.model;
+  }
+
   /** @returns {any} */
   get arrays() {
     return this.motion?.parts[0]?.arrays ?? null;

@@ -7,6 +7,7 @@
 
 const SLACK = 4; // pixels that a click may move
 const DOUBLE_MS = 260;
+const WALK = 100; // steps of the arrow keys over a plot
 
 /** @param {Plot} plot */
 export function attachGestures(plot) {
@@ -85,8 +86,11 @@ export function attachGestures(plot) {
     { passive: false },
   );
 
+  over.addEventListener("blur", () => hideTip(plot));
   over.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
-    if (!plot.onzoom || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (plot.held) return walk(plot, event, plot.held());
+    if (!plot.onzoom) return;
     const [x0, x1, y0, y1] = plot.shown;
     const zoom = { "+": 1 / 1.5, "=": 1 / 1.5, "-": 1.5 }[event.key];
     const pan = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[
@@ -101,6 +105,18 @@ export function attachGestures(plot) {
     event.preventDefault();
     event.stopPropagation();
   });
+}
+
+/** Along the horizontal axis, reading what is there. @param {Plot} plot @param {KeyboardEvent} event @param {number} from */
+function walk(plot, event, from) {
+  const [x0, x1, y0, y1] = plot.shown;
+  const step = { ArrowLeft: -1, ArrowRight: 1, PageDown: -10, PageUp: 10, Home: -WALK, End: WALK }[event.key];
+  if (!step) return;
+  const x = clamp(from + (step * (x1 - x0)) / WALK, x0, x1);
+  plot.onclick(x, NaN);
+  showTip(plot, plot.x(x), plot.y((y0 + y1) / 2), plot.onhover(x, NaN));
+  event.preventDefault();
+  event.stopPropagation();
 }
 
 const clamp = (/** @type {number} */ v, /** @type {number} */ low, /** @type {number} */ high) =>

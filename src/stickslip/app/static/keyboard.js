@@ -63,7 +63,7 @@ export function keyTable({ app, controls, player, walk, theme, help, legend, tab
       run: () => leave() || stopAll(app, player),
     },
     { keys: ["?"], shown: "?", does: "this help", run: help },
-    { keys: [], shown: "Tab, arrows", does: "on a slider: change it; on a plot: move the view" },
+    { keys: [], shown: "Tab, arrows", does: "on a slider: change it; on a plot: move the view, the time, or along the law" },
     { keys: [], shown: "+  −  0", does: "on a plot: zoom in, out, show all" },
   ];
 }

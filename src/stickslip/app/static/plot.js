@@ -33,15 +33,12 @@ export class Plot {
   /** @param {HTMLElement} host @param {Options} options */
   constructor(host, options) {
     this.options = options;
-    const name = {
-      role: "application",
-      "aria-roledescription": "plot",
-      "aria-label": options.name,
-    };
+    const role = options.empty ? { role: "img" } : { role: "application", tabindex: "0" };
+    const name = { ...role, "aria-roledescription": "plot", "aria-label": options.name };
     /** @type {HTMLCanvasElement} */
     this.base = element("canvas", { class: "plot-base", "aria-hidden": "true" });
     /** @type {HTMLCanvasElement} */
-    this.over = element("canvas", { class: "plot-over", tabindex: "0", ...name });
+    this.over = element("canvas", { class: "plot-over", ...name });
     this.tip = element("div", { class: "tip", role: "status", hidden: true });
     this.box = element("div", { class: "zoom-box", hidden: true });
     this.host = host;
@@ -57,6 +54,8 @@ export class Plot {
     /** @type {(x: number, y: number) => Tip} */ this.onhover = () => null;
     /** @type {((view: Box) => void) | null} */ this.onzoom = null;
     /** @type {() => void} */ this.onreset = () => {};
+    /** From where the arrow keys go on, if they do not move the view. @type {(() => number) | null} */
+    this.held = null;
     /** @type {(x: number, y: number) => (((x: number, y: number) => void) | null)} */ this.grab =
       () => null;
     /** @type {() => void} */ this.onresize = () => {};

@@ -6,7 +6,7 @@
  */
 import { mark } from "../marks.js";
 import { hasLaws } from "../model.js";
-import { column, short } from "../numbers.js";
+import { column, listed, nearest, short, span } from "../numbers.js";
 import { colors, nth } from "../theme.js";
 import { View } from "./view.js";
 
@@ -14,50 +14,68 @@ export class LawView extends View {
   /** @param {App} app */
   constructor(app) {
     const help =
-      "Friction force, over the static limit, against the velocity relative to the belt.";
+      "Friction force, over the static limit, against the velocity relative to the belt. The arrow keys read it.";
     super(app, { id: "law", title: "Friction law", help, slots: ["law"], export: "law" });
     const plot = this.addPlot({ name: help, xlabel: "w", ylabel: "F" });
     this.plot = plot;
     plot.paint = () => this.paint();
     plot.paintOver = () => this.paintOver();
-    plot.onhover = (x, y) => `w = ${short(x, 4)}, force ${short(y, 4)}`;
+    let held = 0;
+    plot.held = () => held;
+    plot.onclick = (w) => (held = w);
+    plot.onhover = (w) => this.read(w);
+  }
+
+  /** Slip speeds, and of each law the forces against backward and forward slip. */
+  get curves() {
+    const answer = this.answer("law");
+    const arrays = answer?.parts[0]?.arrays;
+    if (!answer || !arrays) return null;
+    const { s, force, forward } = arrays;
+    const count = force.length / s.length;
+    const laws = Array.from({ length: hasLaws(answer.question.request.model) ? count : 1 }, (_, k) => ({
+      back: column(force, k, count),
+      ahead: column(forward, k, count).map((value) => -value),
+    }));
+    return { s, laws };
   }
 
   update() {
-    const part = this.answer("law")?.parts[0];
-    if (!part) return this.plot.redraw();
-    const { s } = part.arrays;
-    const reach = s[s.length - 1];
-    this.plot.setView(/** @type {Box} */ ([-reach, reach, -1.15, 1.15]));
+    const { curves } = this;
+    if (!curves) return this.plot.redraw();
+    const reach = curves.s[curves.s.length - 1];
+    const [low, high] = span([-1, 1], ...curves.laws.flatMap(({ back, ahead }) => [back, ahead]));
+    const room = 0.12 * (high - low);
+    this.plot.setView(/** @type {Box} */ ([-reach, reach, low - room, high + room]));
+  }
+
+  /** The force at a velocity, in words; of laws that differ there each. @param {number} w */
+  read(w) {
+    const { curves } = this;
+    if (!curves) return "";
+    const k = nearest(curves.s, Math.abs(w));
+    const values = curves.laws.map(({ back, ahead }) => short((w < 0 ? back : ahead)[k], 3));
+    const sign = w < 0 ? "−" : "";
+    const at = k ? listed([...new Set(values)]) : "from −1 to 1, in stick";
+    return `w = ${sign}${short(curves.s[k], 3)}: F = ${at}`;
   }
 
   /** @override */
   sentence() {
-    const part = this.answer("law")?.parts[0];
-    if (!part) return "";
-    const { s, forward } = part.arrays;
-    const [w, force] = [s, forward].map((values) => short(values.at(-1), 3));
-    return `Up to 1 in stick, ${force} at w = ${w}.`;
+    const { curves } = this;
+    return curves ? `In stick from −1 to 1; at ${this.read(curves.s[curves.s.length - 1])}.` : "";
   }
 
   paint() {
-    const part = this.answer("law")?.parts[0];
-    const { plot } = this;
-    if (!part) return plot.message(this.emptyText("law"));
-    const { s, force, forward } = part.arrays;
-    const count = force.length / s.length;
-    const different = hasLaws(this.app.state.model) ? count : 1;
+    const { plot, curves } = this;
+    if (!curves) return plot.message(this.emptyText("law"));
     plot.horizontal(0, { color: colors().muted, width: 0.8 });
-    const ahead = s.map((value) => -value);
-    for (let block = 0; block < different; block++) {
-      const look = { ...nth(block), width: 1.8 };
-      plot.line(ahead, column(force, block, count), look);
-      plot.line(
-        s,
-        column(forward, block, count).map((value) => -value),
-        look,
-      );
-    }
+    const minus = curves.s.map((value) => -value);
+    curves.laws.forEach(({ back, ahead }, k) => {
+      const look = { ...nth(k), width: 1.8 };
+      plot.line(minus, back, look);
+      plot.line(curves.s, ahead, look);
+    });
     plot.segment(0, -1, 0, 1, { color: colors().stick, width: 3 });
   }
 

@@ -248,7 +248,7 @@ export class Timeline {
   constructor(app, host) {
     this.app = app;
     const plot = new Plot(host, {
-      name: "Stick and slip over time. Click to go to that time.",
+      name: "Stick and slip over time. Click, or the arrow keys, go to another time.",
       xlabel: "t",
       ylabel: "",
       bare: true,
@@ -260,7 +260,8 @@ export class Timeline {
     plot.paintOver = () => plot.vertical(app.clock.t, { width: 1.5 });
     plot.onclick = (x) => app.clock.seek(x);
     plot.grab = () => (x) => app.clock.seek(x);
-    plot.onhover = (x) => `t = ${short(x, 4)}`;
+    plot.held = () => app.clock.t;
+    plot.onhover = (x, y) => this.read(x, y);
   }
 
   update() {
@@ -298,6 +299,15 @@ export class Timeline {
         from = -1;
       }
     }
+  }
+
+  /** The time, and whose lane it is. @param {number} t @param {number} y */
+  read(t, y) {
+    const { model, motion } = this.app.clock;
+    const contacts = motion?.parts[0]?.data.contacts ?? [];
+    const lane = Math.floor((1 - y) * contacts.length);
+    const who = contacts[lane] ? `${contactName(model, contacts[lane], lane)}, ` : "";
+    return `${who}t = ${short(t, 4)}`;
   }
 
   /** The blocks' numbers, left of their lanes, as many as there is room for. */
