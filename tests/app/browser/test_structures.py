@@ -100,6 +100,31 @@ def test_what_a_structure_has_not_is_told_in_a_sentence(explorer):
     assert explorer.view("section", "view.axes") == ["x_2", "v_2"]
 
 
+def test_what_belongs_to_a_contact_has_its_name(explorer):
+    explorer.show("preset=rubbing")
+    portrait = explorer.panel("portrait-3")
+    assert portrait.locator("h2").text_content() == "Body 2 on body 1"
+    for button in portrait.locator("header .icon-button").all():
+        assert button.get_attribute("aria-label").endswith(": Body 2 on body 1")
+    assert "body 2 on body 1; heavy where it sticks" in explorer.plot("portrait-3").get_attribute(
+        "aria-label"
+    )
+    of_blocks = ".panel-portrait :is([aria-label*='lock ' i], [title*='lock ' i]):visible"
+    assert not explorer.page.locator(of_blocks).count()
+    explorer.page.keyboard.press("f")
+    named = explorer.page.get_by_label("Second large view").locator("option").all_text_contents()
+    assert "Body 2 on body 1" in named
+    assert not any("Block" in name for name in named)
+    explorer.page.keyboard.press("Escape")
+    explorer.page.wait_for_function("() => !document.body.dataset.large")
+    explorer.settle().page.wait_for_timeout(100)  # the plots have their sizes again
+    x, y = explorer.view("mechanism", "[view.timeline.plot.x(2), view.timeline.plot.y(0.1)]")
+    box = explorer.panel("mechanism").locator(".timeline .plot-over").bounding_box()
+    explorer.page.mouse.move(box["x"] + x, box["y"] + y)
+    tip = explorer.panel("mechanism").locator(".timeline .tip").text_content()
+    assert tip.startswith("Body 2 on body 1, t = 2")
+
+
 def test_the_address_brings_a_structure_back(explorer):
     explorer.show("preset=brake")
     explorer.type_into("V_1", 0.04)

@@ -11,40 +11,29 @@ const MOMENT_MS = 350;
 export class Panel {
   /**
    * @param {{id: string, title: string, exports: string[], help: string}} of
-   * @param {{onexport: (format: string) => void, oncancel: () => void, onreset?: () => void}} on
+   * @param {{onexport: (format: string) => void, oncancel: () => void, onreset: () => void}} on
    */
   constructor({ id, title, exports, help }, on) {
     this.id = id;
-    this.title = element("h2", { id: `title-${id}`, title: help }, title);
+    this.title = element("h2", { id: `title-${id}`, title: help });
     this.badge = element("span", { class: "badge" });
     this.sentence = element("p", { class: "sentence", id: `sentence-${id}` });
-    this.bar = element("progress", {
-      max: 1,
-      value: 0,
-      hidden: true,
-      "aria-label": `${title}: progress`,
-    });
-    this.cancel = iconButton("stop", `Stop computing: ${title}`, on.oncancel, {
-      class: "icon-button cancel",
-      hidden: true,
-    });
-    this.reset =
-      on.onreset &&
-      iconButton("fit", `Show all: ${title}`, on.onreset, {
-        class: "icon-button fit",
-        hidden: true,
-      });
+    this.bar = element("progress", { max: 1, value: 0, hidden: true });
+    this.cancel = iconButton("stop", "", on.oncancel, { class: "icon-button cancel", hidden: true });
+    this.reset = iconButton("fit", "", on.onreset, { class: "icon-button fit", hidden: true });
     this.body = element("div", { class: "body" });
-    const menu = exports.length ? [exportMenu(title, exports, on.onexport)] : [];
-    const header = element(
-      "header",
-      {},
-      this.title,
-      this.badge,
-      this.cancel,
-      ...(this.reset ? [this.reset] : []),
-      ...menu,
-    );
+    const menu = exportMenu(exports, on.onexport);
+    /** What has the panel's title in its name. @type {[HTMLElement, string][]} */
+    this.named = [
+      [this.bar, "Progress"],
+      [this.cancel, "Stop computing"],
+      [this.reset, "Show all"],
+      [menu.button, "Save or copy"],
+      [menu.list, "Save or copy"],
+    ];
+    this.name(title);
+    const header = element("header", {}, this.title, this.badge, this.cancel, this.reset);
+    if (exports.length) header.append(menu.wrapper);
     this.section = element(
       "section",
       {
@@ -95,11 +84,16 @@ export class Panel {
     }
   }
 
-  /** Set the title, with an exponent. @param {string} text @param {number} [power] */
+  /** Set the title, with an exponent, and what is named after it. @param {string} text @param {number} [power] */
   name(text, power) {
-    if (this.title.textContent === `${text}${power ?? ""}`) return;
+    const whole = `${text}${power ?? ""}`;
+    if (this.title.textContent === whole) return;
     this.title.replaceChildren(text);
     if (power !== undefined) this.title.append(element("sup", {}, String(power)));
+    for (const [made, does] of this.named) {
+      made.setAttribute("aria-label", `${does}: ${whole}`);
+      if (made.matches("button")) made.title = `${does}: ${whole}`;
+    }
   }
 
   /** Say in a sentence what is seen now. @param {string} text */
@@ -129,9 +123,9 @@ const FORMATS = {
   python: "Copy as Python",
 };
 
-/** @param {string} title @param {string[]} exports @param {(format: string) => void} onexport */
-function exportMenu(title, exports, onexport) {
-  const button = iconButton("save", `Save or copy: ${title}`, () => toggle(list.hidden), {
+/** @param {string[]} exports @param {(format: string) => void} onexport */
+function exportMenu(exports, onexport) {
+  const button = iconButton("save", "", () => toggle(list.hidden), {
     "aria-haspopup": "menu",
     "aria-expanded": "false",
     class: "icon-button export",
@@ -153,11 +147,7 @@ function exportMenu(title, exports, onexport) {
       FORMATS[format] ?? format,
     ),
   );
-  const list = element(
-    "div",
-    { class: "menu", role: "menu", "aria-label": `Save or copy: ${title}`, hidden: true },
-    ...items,
-  );
+  const list = element("div", { class: "menu", role: "menu", hidden: true }, ...items);
   const wrapper = element("div", { class: "menu-anchor" }, button, list);
 
   function toggle(/** @type {boolean} */ open) {
@@ -180,5 +170,5 @@ function exportMenu(title, exports, onexport) {
   wrapper.addEventListener("focusout", (/** @type {FocusEvent} */ event) => {
     if (!wrapper.contains(/** @type {Node | null} */ (event.relatedTarget))) toggle(false);
   });
-  return wrapper;
+  return { wrapper, button, list };
 }

@@ -36,7 +36,7 @@ export class CycleView extends View {
     const cycle = answer?.parts[0]?.data;
     const { kind, why, coordinates } = mapOf(this.app.state);
     const has = `has ${coordinates.length} numbers, ${listed(coordinates)}: see Basins`;
-    const map = kind === "unknown" ? [] : [["return map", kind === "space" ? has : `none. ${why}`]];
+    const map = kind === "unknown" ? [] : [["return map", kind === "space" ? has : `none. ${why.charAt(0).toUpperCase()}${why.slice(1)}`]];
     const ours = sticksAsOne(this.app.state.model) ? [] : map;
     if (cycle?.why) return this.table.replaceChildren(rowsOf([["cycle", cycle.why], ...ours]));
     if (!cycle) return this.table.replaceChildren(rowsOf([["cycle", this.emptyText("cycle")], ...ours]));

@@ -23,7 +23,7 @@ export class MapView extends View {
     const main = slot === "map";
     const help = main
       ? HELP
-      : "The event map applied several times: its fixed points are orbits of the map.";
+      : "The map applied several times: its fixed points are orbits of the map.";
     super(app, {
       id: slot,
       title: main ? "Event map" : "Power of the map",
@@ -68,8 +68,7 @@ export class MapView extends View {
     Object.assign(this.plot.options, { xlabel: after("n"), ylabel: after("n+1") });
     if (this.main) {
       this.panel.name(ofBlocks ? "Event map" : "Return map");
-      this.panel.title.title = ofBlocks ? HELP : HELP_OF_RETURNS;
-      this.plot.over.setAttribute("aria-label", this.panel.title.title);
+      this.help(ofBlocks ? HELP : HELP_OF_RETURNS);
     } else {
       this.panel.name("Map f", state.power);
       this.plot.options.ylabel = after(`n+${state.power}`);

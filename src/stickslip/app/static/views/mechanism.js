@@ -40,7 +40,7 @@ export class MechanismView extends View {
     const { arrays } = this.app.clock;
     if (arrays && arrays !== this.of) {
       this.of = arrays;
-      this.scene = sceneOf(this.app.state.model, this.app.clock.motion?.parts[0]?.data, arrays);
+      this.scene = sceneOf(this.app.clock.model, this.app.clock.motion?.parts[0]?.data, arrays);
     }
     this.timeline.update();
     this.plot.redrawOver();
@@ -48,7 +48,7 @@ export class MechanismView extends View {
 
   /** @override */
   sentence() {
-    const { clock, state } = this.app;
+    const { clock } = this.app;
     const k = clock.index();
     const data = clock.motion?.parts[0]?.data;
     if (k < 0 || !data) return "";
@@ -61,10 +61,10 @@ export class MechanismView extends View {
         ],
     );
     const names = contacts.map((/** @type {any} */ contact, /** @type {number} */ c) =>
-      contactName(state.model, contact, c).toLowerCase(),
+      contactName(clock.model, contact, c).toLowerCase(),
     );
     const same = doing.length > 1 && doing.every((/** @type {string} */ one) => one === doing[0]);
-    const all = isStructure(state.model) ? "contacts" : "blocks";
+    const all = isStructure(clock.model) ? "contacts" : "blocks";
     const each = doing.map((/** @type {string} */ one, /** @type {number} */ c) => `${names[c]} is ${one}`);
     const groups = [...new Set(doing)].map((one) => {
       const n = doing.filter((/** @type {string} */ other) => other === one).length;
@@ -113,10 +113,10 @@ export class MechanismView extends View {
       { length: count },
       (_, b) => at.rest(b) + at.unit * (scene.place(b, k) - scene.middle[b]),
     );
-    const sticks = contacts.map((_, c) => mode[k * contacts.length + c] === 0);
-    const speed = contacts.map(({ V }, c) => w[k * contacts.length + c] - V);
+    const way = contacts.map((_, c) => [0, 1, -1][mode[k * contacts.length + c]]);
+    const speed = contacts.map(({ V }, c) => Math.abs(w[k * contacts.length + c] - V));
     this.#floors(at, scene, clock.t);
-    if (!scene.scaled || scene.springs.some(([, other]) => other < 0)) this.#walls(at);
+    this.#walls(at, scene);
     const widest = Math.max(...scene.springs.map(([, , stiffness]) => Math.abs(stiffness)));
     for (const [one, other, stiffness] of scene.springs) {
       const heavy = scene.scaled ? 2.2 * Math.sqrt(Math.abs(stiffness) / widest) : 1.1 * Math.sqrt(stiffness);
@@ -124,16 +124,16 @@ export class MechanismView extends View {
     }
     contacts.forEach(({ bodies, elastic }, c) => {
       const [one, other] = bodies;
-      if (other !== undefined) this.#plates(at, centre[one], centre[other], sticks[c], speed[c]);
+      if (other !== undefined) this.#plates(at, centre[one], centre[other], way[c], speed[c]);
       else if (elastic) {
         const foot = at.rest(one) + at.unit * (u[k * contacts.length + c] - scene.middle[one]);
-        this.#foot(at, centre[one], foot, sticks[c]);
+        this.#foot(at, centre[one], foot, way[c] === 0);
       }
     });
     centre.forEach((x, b) => {
       const c = scene.under[b];
       if (c < 0) return this.#body(at, b, x);
-      if (!contacts[c].elastic) return this.#block(at, b, x, sticks[c], speed[c]);
+      if (!contacts[c].elastic) return this.#block(at, b, x, way[c], speed[c]);
       this.#body(at, b, x);
     });
   }
@@ -213,8 +213,8 @@ export class MechanismView extends View {
     c.stroke();
   }
 
-  /** Two plates that rub, one held by each body. @param {any} at @param {number} one @param {number} other @param {boolean} sticks @param {number} w */
-  #plates(at, one, other, sticks, w) {
+  /** Two plates that rub, one held by each body. @param {any} at @param {number} one @param {number} other @param {number} way @param {number} speed */
+  #plates(at, one, other, way, speed) {
     const c = this.plot.context;
     const of = colors();
     const [left, right] = one < other ? [one, other] : [other, one];
@@ -222,16 +222,15 @@ export class MechanismView extends View {
     const y = at.floor - 0.22 * at.side;
     const lap = Math.min(26, 0.3 * (right - left - at.wide));
     c.lineWidth = 4;
-    c.strokeStyle = sticks ? of.stick : of.slip;
+    c.strokeStyle = way ? of.slip : of.stick;
     c.beginPath();
     c.moveTo(left + at.wide / 2, y - 4);
     c.lineTo(middle + lap, y - 4);
     c.moveTo(right - at.wide / 2, y + 1);
     c.lineTo(middle - lap, y + 1);
     c.stroke();
-    if (sticks) return;
-    const way = Math.sign(w) * Math.min(30, 14 + 40 * Math.abs(w));
-    arrow(c, middle - way / 2, y - 14, middle + way / 2, of.slip);
+    const half = (way * Math.min(30, 14 + 40 * speed)) / 2;
+    if (way) arrow(c, middle - half, y - 14, middle + half, of.slip);
   }
 
   /** The foot of an elastic contact: a spring down to what rubs. @param {any} at @param {number} body @param {number} foot @param {boolean} sticks */
@@ -304,16 +303,18 @@ export class MechanismView extends View {
     mathText(c, "V", middle + 26, floor + r + 7, of.ink);
   }
 
-  /** @param {any} at */
-  #walls({ width, floor }) {
+  /** Where a spring holds the first body, or the last. @param {any} at @param {Scene} scene */
+  #walls({ width, floor }, { springs, count }) {
     const c = this.plot.context;
     c.lineWidth = 1;
     c.strokeStyle = colors().ink;
     c.beginPath();
-    for (const [wall, out] of [
-      [8, -1],
-      [width - 8, 1],
+    const held = (/** @type {number} */ body) => springs.some(([one, other]) => other < 0 && one === body);
+    for (const [wall, out, body] of [
+      [8, -1, 0],
+      [width - 8, 1, Math.max(1, count - 1)],
     ]) {
+      if (!held(body)) continue;
       c.moveTo(wall, 6);
       c.lineTo(wall, floor + 4);
       for (let y = 10; y < floor + 4; y += 7) {
@@ -346,11 +347,12 @@ export class MechanismView extends View {
    * @param {any} at
    * @param {number} block
    * @param {number} centre
-   * @param {boolean} rides
-   * @param {number} w
+   * @param {number} way  of its slip, 0 in stick
+   * @param {number} speed
    */
-  #block({ floor, side, wide, spacing }, block, centre, rides, w) {
+  #block({ floor, side, wide, spacing }, block, centre, way, speed) {
     const c = this.plot.context;
+    const rides = way === 0;
     const of = colors();
     const left = centre - wide / 2;
     c.beginPath();
@@ -367,9 +369,8 @@ export class MechanismView extends View {
     this.#number(block, centre, floor - (worded ? 0.66 : 0.5) * side, wide, ink);
     c.font = `11px ${SANS}`;
     if (worded) c.fillText(rides ? "stick" : "slip", centre, floor - 0.3 * side);
-    if (rides) return;
-    const length = Math.min(30, 0.6 * spacing, 10 + 40 * Math.abs(w));
-    arrow(c, centre, floor - side - 7, centre + Math.sign(w) * length, of.slip);
+    const length = Math.min(30, 0.6 * spacing, 10 + 40 * speed);
+    if (way) arrow(c, centre, floor - side - 7, centre + way * length, of.slip);
   }
 
   /** A body's number, as large as it has room for, if any. @param {number} body @param {number} x @param {number} y @param {number} wide @param {string} ink */

@@ -54,18 +54,17 @@ function axesOf(model, { bodies, elastic }, k) {
 export class PortraitView extends View {
   /** @param {App} app @param {number} block  from 0 */
   constructor(app, block) {
-    const help = `Velocity over displacement of block ${block + 1}; heavy where it rides on the belt.`;
     super(app, {
       id: `portrait-${block + 1}`,
-      title: `Block ${block + 1}`,
-      help,
+      title: `Contact ${block + 1}`,
+      help: "",
       slots: ["motion"],
       export: "portrait",
       extra: { block: block + 1 },
     });
     this.panel.section.classList.add("panel-portrait");
     this.block = block;
-    const plot = this.addPlot({ name: help, xlabel: `X_${block + 1}`, ylabel: `X′_${block + 1}` });
+    const plot = this.addPlot({ name: "Phase portrait", xlabel: "", ylabel: "" });
     this.plot = plot;
     plot.paint = () => this.paint();
     plot.paintOver = () => this.paintOver();
@@ -78,12 +77,17 @@ export class PortraitView extends View {
     const { block } = this;
     const contact = this.answer("motion")?.parts[0]?.data.contacts[block];
     const count = arrays ? arrays.mode.length / arrays.t.length : 0;
+    if (!this.of) this.panel.name(contactName(this.app.state.model, { bodies: [], elastic: false }, block));
     if (arrays && contact && block < count && arrays !== this.of) {
       this.of = arrays;
       this.count = count;
       this.contact = contact;
-      this.panel.title.textContent = contactName(this.app.state.model, contact, block);
-      const [x, v] = axesOf(this.app.state.model, contact, block);
+      const { model } = this.app.clock;
+      const name = contactName(model, contact, block);
+      this.panel.name(name);
+      const does = contact.V ? "rides on its belt" : "sticks";
+      this.help(`Velocity over displacement of ${name.toLowerCase()}; heavy where it ${does}.`);
+      const [x, v] = axesOf(model, contact, block);
       Object.assign(this.plot.options, { xlabel: x, ylabel: v });
       this.x = column(arrays.u, block, count);
       this.v = column(arrays.w, block, count);

@@ -49,6 +49,12 @@ export class View {
     plot.onreset = () => this.resetZoom();
   }
 
+  /** Say what it is for: beside the title, and to those who cannot see its plot. @param {string} text */
+  help(text) {
+    this.panel.title.title = text;
+    this.plots[0].over.setAttribute("aria-label", text);
+  }
+
   resetZoom() {
     this.app.zoom(this.zoomed, null);
   }
