@@ -125,6 +125,37 @@ def test_what_belongs_to_a_contact_has_its_name(explorer):
     assert tip.startswith("Body 2 on body 1, t = 2")
 
 
+GLUED = ss.Structure(
+    mass=[1.0, 0.5, 2.0],
+    stiffness=[[3.0, -1.0, -0.5], [-1.0, 2.0, 0.0], [-0.5, 0.0, 1.5]],
+    contacts=[
+        ss.Contact(at=0, V=0.1, friction=ss.Stribeck(mu=0.3, speed=0.1)),
+        ss.Contact(at=(1, 2), static=0.5, friction=ss.Coulomb(mu=0.4)),
+    ],
+)
+
+
+def test_rounding_is_not_drawn_as_motion_and_a_neutral_cycle_is_not_called_unstable(explorer):
+    """Two bodies stick on each other for ever, wherever they did so first."""
+    explorer.show(f"model={json.dumps(model_values(GLUED))}")
+    explorer.settle("cycle")
+    assert explorer.panel("portrait-2").locator("h2").text_content() == "Body 2 on body 3"
+    left, right, low, high = explorer.view("portrait-2", "view.plot.view")
+    assert min(right - left, high - low) > 0.1
+    told = explorer.panel("cycle").locator(".sentence").text_content()
+    assert told.endswith(": neither stable nor unstable, a multiplier has size 1.")
+
+
+def test_a_motion_that_ends_early_says_when_and_why(explorer):
+    explorer.show("preset=brake")
+    explorer.type_into("load_1_2", -1e6)
+    told = explorer.panel("mechanism").locator(".sentence").text_content()
+    assert " It is followed to t = " in told
+    assert told.endswith(
+        ": a contact opened: its load vanished, and what follows is beyond dry friction."
+    )
+
+
 def test_the_address_brings_a_structure_back(explorer):
     explorer.show("preset=brake")
     explorer.type_into("V_1", 0.04)

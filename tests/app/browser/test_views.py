@@ -175,6 +175,13 @@ def test_a_large_diagram_is_linked(explorer):
     assert counted == [100_000, 100_000]
 
 
+@pytest.mark.parametrize("ends", [(-4, 4), (0.9, 2.9), (-1, 1e-3)])
+def test_every_axis_has_two_ticks(explorer, ends):
+    """However narrow it is: one tells no scale."""
+    ticks = "async ([low, high]) => (await import('/static/numbers.js')).ticks(low, high, 2).values"
+    assert len(explorer.page.evaluate(ticks, ends)) >= 2
+
+
 def test_bands_have_no_gaps(explorer):
     explorer.settle("diagram")
     assert explorer.view("diagram", "view.column") > 1

@@ -127,7 +127,7 @@ const VIEWS = {
       }
     }
     const mode = Uint8Array.from(modes, (value) => (value < 0 ? 2 : value));
-    const message = status ? `It is not followed beyond t = ${t[n - 1].toFixed(2)}.` : "";
+    const message = status ? "this page does not compute what comes then" : "";
     yield {
       name: "motion",
       data: { ...twoBlocks(model), status, message, t_end: t[n - 1], events: [] },

@@ -10,6 +10,7 @@ export function ticks(low, high, count) {
   const step = roundStep((high - low) / Math.max(1, count));
   const first = Math.ceil(low / step - 1e-9);
   const last = Math.floor(high / step + 1e-9);
+  if (last <= first && high > low) return ticks(low, high, 2 * count); // one tells no scale
   const values = [];
   for (let k = first; k <= last && values.length < 50; k++) values.push(k * step);
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));

@@ -27,7 +27,7 @@ export class CycleView extends View {
     const cycle = this.answer("cycle")?.parts[0]?.data;
     if (cycle?.why) return "From this start no cycle is reached.";
     return cycle
-      ? `The motion ends on ${cycle.stable ? "a stable" : "an unstable"} cycle that repeats every ${short(cycle.period, 4)}.`
+      ? `The motion ends on a cycle that repeats every ${short(cycle.period, 4)}: ${stability(cycle)}.`
       : "";
   }
 
@@ -42,7 +42,7 @@ export class CycleView extends View {
     if (!cycle) return this.table.replaceChildren(rowsOf([["cycle", this.emptyText("cycle")], ...ours]));
     const lines = [
       ["period", short(cycle.period, 10)],
-      ["stability", cycle.stable ? "stable" : "unstable"],
+      ["stability", stability(cycle)],
       ["multipliers", cycle.multipliers.map(complex).join(", ") || "none"],
       ["closes to", short(cycle.residual, 3)],
       [
@@ -53,6 +53,14 @@ export class CycleView extends View {
     ];
     this.table.replaceChildren(rowsOf(lines));
   }
+}
+
+/** In words: a multiplier of size 1 tells neither. @param {any} cycle */
+function stability({ stable, multipliers }) {
+  if (stable) return "stable";
+  const sizes = multipliers.map((/** @type {any} */ one) => Math.hypot(...[one].flat()));
+  const neutral = short(Math.max(...sizes), 6) === "1";
+  return neutral ? "neither stable nor unstable, a multiplier has size 1" : "unstable";
 }
 
 /** A table of names and what is said of them. @param {string[][]} lines */

@@ -6,7 +6,7 @@
  */
 import { element } from "../dom.js";
 import { isStructure } from "../model.js";
-import { column, listed, span } from "../numbers.js";
+import { column, listed, short, span } from "../numbers.js";
 import { mathText } from "../plot.js";
 import { SANS, colors } from "../theme.js";
 import { contactName, Timeline } from "./motion.js";
@@ -76,7 +76,8 @@ export class MechanismView extends View {
         ? `of ${doing.length} ${all} ${listed(groups)}`
         : listed(each);
     const drawn = data.bodies ? "" : " Drawn is what rubs, not what it hangs on.";
-    return `Now ${now}.${drawn}${data.status ? ` ${data.message}` : ""}`;
+    const ends = data.status ? ` It is followed to t = ${short(data.t_end, 4)}: ${data.message}.` : "";
+    return `Now ${now}.${drawn}${ends}`;
   }
 
   tick() {

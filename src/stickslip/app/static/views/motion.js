@@ -15,14 +15,15 @@ import { View } from "./view.js";
  * Smallest box around values, with some room.
  * @param {Iterable<number>[]} xs
  * @param {Iterable<number>[]} ys
+ * @param {Iterable<number>[]} [others]  displacements and velocities beside which these may be rounding
  * @returns {Box}
  */
-function around(xs, ys) {
+function around(xs, ys, others = [[], []]) {
   return /** @type {Box} */ (
-    [xs, ys].flatMap((lists) => {
+    [xs, ys].flatMap((lists, axis) => {
       const [low, high] = span(...lists);
       if (!(high >= low)) return [-1, 1];
-      const dust = 1e-9 * Math.max(Math.abs(low), Math.abs(high)); // rounding is no motion
+      const dust = 1e-9 * Math.max(...span(...lists, others[axis]).map(Math.abs)); // rounding is no motion
       const pad = high - low > dust ? 0.07 * (high - low) : 0.1;
       return [low - pad, high + pad];
     })
@@ -94,7 +95,7 @@ export class PortraitView extends View {
       const rides = column(arrays.mode, block, count).map((mode) => Number(mode === 0));
       this.slips = this.v.map((v, k) => (rides[k] && rides[k - 1] && rides[k + 1] ? NaN : v));
       this.rides = this.v.map((v, k) => (rides[k] ? v : NaN));
-      this.whole = around([this.x], [this.v]);
+      this.whole = around([this.x], [this.v], [arrays.x, arrays.v]);
     }
     this.plot.setView(this.app.state.windows[this.id] ?? this.whole ?? around([], []));
   }
