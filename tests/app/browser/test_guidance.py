@@ -289,6 +289,29 @@ def test_the_table_takes_no_place_where_it_is_not_shown(explorer):
     explorer.page.keyboard.press("o")
 
 
+def test_the_table_has_no_bifurcations_of_older_values(explorer):
+    """Its state is that of the map, which is known long before the diagram."""
+    explorer.settle("diagram")
+    explorer.page.keyboard.press("o")
+    rows = explorer.panel("table").get_by_label("Go to BC")
+    assert rows.count() == 1
+    explorer.page.evaluate(
+        """() => {
+            const ask = explorer.ask.bind(explorer);
+            explorer.ask = (slot) => slot !== "diagram" && ask(slot);
+            explorer.setParameter("mu", 0.23);
+        }"""
+    )
+    explorer.settle("map")
+    assert rows.count() == 0
+    assert "bifurcations along V: not of these values." in sentence(explorer, "table")
+    explorer.page.evaluate("() => { delete explorer.ask; explorer.setParameter('mu', 0.22); }")
+    explorer.settle("diagram")
+    assert rows.count() == 1
+    explorer.page.evaluate("() => document.activeElement.blur()")
+    explorer.page.keyboard.press("o")
+
+
 def test_coordinates_and_parameters_have_one_name_in_all_texts(explorer):
     explorer.show("preset=damper", "map", "basins")
     explorer.page.evaluate("() => document.activeElement.blur()")

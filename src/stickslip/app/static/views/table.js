@@ -57,14 +57,21 @@ export class TableView extends View {
   sentence() {
     const { things } = this;
     const count = (/** @type {string} */ sort) => things.filter((one) => one.sort === sort).length;
-    return `Orbits: ${count("orbit")}, breaks of the map: ${count("break")}, bifurcations along ${this.app.written(this.app.state.diagram.parameter)}: ${count("bifurcation")}. Select one to go there; the arrows go just beside it.`;
+    const along = this.app.written(this.app.state.diagram.parameter);
+    const known = this.hasDiagram ? count("bifurcation") : "not of these values";
+    return `Orbits: ${count("orbit")}, breaks of the map: ${count("break")}, bifurcations along ${along}: ${known}. Select one to go there; the arrows go just beside it.`;
+  }
+
+  /** Whether the diagram that is known is of the present values: the map has its own state. */
+  get hasDiagram() {
+    return !["stale", "failed"].includes(this.app.standing("diagram").kind);
   }
 
   /** @returns {Thing[]} */
   get things() {
     const { app } = this;
     const orbits = orbitsOf(app).orbits.map((orbit) => orbitThing(app, orbit));
-    return [...bifurcationThings(app), ...breakThings(app), ...orbits];
+    return [...(this.hasDiagram ? bifurcationThings(app) : []), ...breakThings(app), ...orbits];
   }
 
   /** @param {number} column */
