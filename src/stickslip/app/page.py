@@ -71,13 +71,10 @@ MEANINGS: Final = {
 """Numbers of models that the vocabulary of the paper does not have: symbol and meaning."""
 
 LAW_TITLES: Final = {
-    "coulomb": ("Coulomb", "F = μ + c s"),
-    "popp-stelter": ("Popp and Stelter, law (9)", "F = (1 \u2212 δ)/(1 + γ s) + δ + η s²"),
-    "stribeck": ("Stribeck", "F = μ + (1 \u2212 μ) exp(\u2212(s/s₀)ᵖ) + c s"),
+    "coulomb": "Coulomb",
+    "popp-stelter": "Popp and Stelter, law (9)",
+    "stribeck": "Stribeck",
 }
-
-TWO_BLOCKS: Final = ("event_map", "cobweb", "motion", "locus", "law", "basins", "diagram", "cycle")
-IN_TIME: Final = ("motion", "law", "cycle")
 
 
 def _coulomb(V: float, **state: Any) -> dict[str, Any]:
@@ -182,12 +179,11 @@ def described_limits() -> dict[str, Any]:
 def _models() -> list[dict[str, Any]]:
     two_blocks = model_values(examples.coulomb())
     return [
-        _model("Two blocks", two_blocks, TWO_BLOCKS, ("alpha", "beta", "V", "damping"), (2, 2)),
-        _model("Oscillator", OSCILLATOR, IN_TIME, ("V", "damping"), (1, 1)),
+        _model("Two blocks", two_blocks, ("alpha", "beta", "V", "damping"), (2, 2)),
+        _model("Oscillator", OSCILLATOR, ("V", "damping"), (1, 1)),
         _model(
             "Chain",
             CHAIN,
-            (*IN_TIME, "basins"),
             ("static", "alpha", "V", "support", "mass", "damping"),
             (2, requests.MOST_BLOCKS),
         ),
@@ -199,20 +195,18 @@ def _models() -> list[dict[str, Any]]:
 def _structure(title: str, preset: str) -> dict[str, Any]:
     """Describe models whose numbers the page reads off themselves."""
     default = next(one for one in presets() if one["name"] == preset)["state"]["model"]
-    return _model(title, default, IN_TIME, (), (1, requests.MOST_BLOCKS)) | {"forcing": []}
+    return _model(title, default, (), (1, requests.MOST_BLOCKS)) | {"forcing": []}
 
 
 def _model(
     title: str,
     default: dict[str, Any],
-    views: tuple[str, ...],
     names: tuple[str, ...],
     blocks: tuple[int, int],
 ) -> dict[str, Any]:
     return {
         "kind": default["kind"],
         "title": title,
-        "views": views,
         "parameters": [_parameter(name) | {"per_block": name == "static"} for name in names],
         "forcing": [] if default["kind"] == "two_block" else _forcing(),
         "blocks": {"min": blocks[0], "max": blocks[1]},
@@ -229,13 +223,12 @@ def _forcing() -> list[dict[str, Any]]:
 def _parameter(name: str) -> dict[str, Any]:
     if name in MEANINGS:
         symbol, meaning = MEANINGS[name]
-        return {"name": name, "symbol": symbol, "meaning": meaning, "unit": "", **SLIDERS[name]}
+        return {"name": name, "symbol": symbol, "meaning": meaning, **SLIDERS[name]}
     term = TERMS[name]
     return {
         "name": name,
         "symbol": _unicode(term.symbol),
         "meaning": term.meaning,
-        "unit": term.scale,
         **SLIDERS.get(name, {}),
     }
 
@@ -248,7 +241,6 @@ def _unicode(mathtext: str) -> str:
 
 def _law(name: str) -> dict[str, Any]:
     fields = LAWS[name].fields()
-    title, formula = LAW_TITLES[name]
     parameters = []
     for field, allowed in fields.items():
         described = _parameter(field)
@@ -258,8 +250,7 @@ def _law(name: str) -> dict[str, Any]:
     default = {"law": name} | {item["name"]: item["default"] for item in parameters}
     return {
         "law": name,
-        "title": title,
-        "formula": formula,
+        "title": LAW_TITLES[name],
         "parameters": parameters,
         "default": default,
     }

@@ -10,7 +10,6 @@ import { Clock } from "./clock.js";
 import { Connection, Socket, Thread } from "./connection.js";
 import { keep } from "./keep.js";
 import {
-  blockCount,
   continuousParameters,
   coordinateOf,
   hasLineMap,
@@ -80,11 +79,6 @@ export class App {
   /** What is shown. @type {Map<string, Answer>} */
   get answers() {
     return this.known.shown;
-  }
-
-  /** @param {State} state */
-  blocks(state) {
-    return blockCount(state.model);
   }
 
   /** Views presented, if any: those of the state that the model has. */

@@ -86,7 +86,6 @@ export const kindEntry = (limits, kind) =>
   limits.models.find((entry) => entry.kind === kind) ?? {
     kind,
     title: kind,
-    views: [],
     parameters: [],
     forcing: [],
     default: {},

@@ -47,7 +47,7 @@
  * @property {number[]} [values]  a choice in place of a range
  *
  * @typedef {object} Limits  what `shipped/limits.json` says
- * @property {{kind: string, title: string, views: string[], parameters: Parameter[],
+ * @property {{kind: string, title: string, parameters: Parameter[],
  *   forcing: Parameter[],
  *   blocks?: {min: number, max: number}, default: Model}[]} models
  * @property {{law: string, title: string, parameters: Parameter[], default: any}[]} laws

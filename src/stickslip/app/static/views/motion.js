@@ -5,7 +5,7 @@
  * @import {Box, Model} from "../types.js"
  */
 import { mark } from "../marks.js";
-import { isStructure } from "../model.js";
+import { blockCount, isStructure } from "../model.js";
 import { column, short, span } from "../numbers.js";
 import { Plot } from "../plot.js";
 import { SANS, colors } from "../theme.js";
@@ -153,9 +153,9 @@ export class PortraitView extends View {
     });
   }
 
-  /** @param {any} state */
-  isFor(state) {
-    return this.block < this.app.blocks(state);
+  /** @override @param {any} state */
+  isFor({ model }) {
+    return this.block < blockCount(model);
   }
 
   tick() {
