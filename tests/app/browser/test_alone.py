@@ -196,6 +196,19 @@ def test_an_answer_that_does_not_load_has_failed(alone):
     alone.page.wait_for_selector("[data-panel=power][data-state=example]")
 
 
+@pytest.mark.parametrize("file", ["live.js", "live/laws.json", "live/coulomb.wasm"])
+def test_what_computes_and_does_not_load_has_failed(alone, file):
+    alone.page.context.route(f"**/static/{file}", lambda route: route.fulfill(status=404))
+    alone.page.reload()
+    alone.page.wait_for_function("() => window.explorer")
+    for name, value in (("V", 0.05), ("mu", 0.3)):
+        alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [name, value])
+        alone.page.wait_for_selector("[data-panel=map][data-state=failed]")
+        alone.page.wait_for_selector("[data-panel=plane][data-state=failed]")
+        assert "does not load" in alone.panel("map").locator(".badge").text_content()
+    alone.complaints.clear()  # the browser's own lines
+
+
 def test_the_motion_plays_and_the_tour_goes(alone):
     alone.page.wait_for_function(ALL_SHOWN)
     alone.page.keyboard.press("Space")

@@ -23,7 +23,7 @@ const ENDED = { part: 0, last: true, cancelled: true, progress: 0, data: {}, arr
 
 /**
  * @typedef {object} Link  what carries questions there and answers back
- * @property {(hears: {onopen: () => void, onpart: (part: Part) => void, onclose: () => void}) => void} open
+ * @property {(hears: {onopen: () => void, onpart: (part: Part) => void, onclose: () => void, onbroken: () => void}) => void} open
  * @property {(message: object) => void} send
  */
 
@@ -52,9 +52,13 @@ export class Socket {
 /** A thread of this page, which knows maps and motions. @implements {Link} */
 export class Thread {
   /** @param {Parameters<Link["open"]>[0]} hears */
-  open({ onopen, onpart }) {
+  open({ onopen, onpart, onbroken }) {
     this.worker = new Worker("static/live.js", { type: "module" });
     this.worker.onmessage = ({ data }) => onpart(data);
+    this.worker.onerror = () => {
+      this.send = () => setTimeout(onbroken); // whatever is asked later
+      onbroken();
+    };
     onopen();
   }
 
@@ -128,6 +132,11 @@ export class Connection {
         }
       },
       onpart: (part) => this.#receive(part),
+      onbroken: () => {
+        const error = { message: "the script that computes does not load" };
+        for (const { id, question } of [...this.running.values()])
+          this.#receive({ ...ENDED, id, view: question.view, cancelled: false, error });
+      },
       onclose: () => {
         this.open = false;
         this.lost = true;

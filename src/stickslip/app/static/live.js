@@ -12,8 +12,15 @@ const SAMPLES = 500; // of the whole map, to see its breaks
 
 /** @typedef {{data: Record<string, any>, arrays?: Record<string, Numbers>}} Found */
 
+/** @param {string} path */
+async function loaded(path) {
+  const reply = await fetch(path);
+  if (!reply.ok) throw new Error(`${path} does not load`);
+  return reply;
+}
+
 /** @type {Promise<Record<string, Law>>} */
-const laws = fetch("live/laws.json").then((reply) => reply.json());
+const laws = loaded("live/laws.json").then((reply) => reply.json());
 /** @type {Map<string, Promise<Engine>>} */
 const engines = new Map();
 
@@ -35,7 +42,7 @@ async function engineOf(model) {
 
 /** @param {string} name @param {Law} law */
 async function load(name, law) {
-  const reply = await fetch(`live/${name}.wasm`);
+  const reply = await loaded(`live/${name}.wasm`);
   return new Engine(law, await WebAssembly.compile(await reply.arrayBuffer()));
 }
 
