@@ -31,6 +31,10 @@ def test_a_sentence_says_what_is_seen(explorer, collision):
     explorer.type_into("V", 0.037)
     assert "S1 attracts" in sentence(explorer, "map")
     assert "behind, at" in sentence(explorer, "diagram")
+    assert sentence(explorer, "diagram").startswith("At V = 0.037, the line; behind")
+    explorer.type_into("V", 0.05)
+    said = sentence(explorer, "diagram")
+    assert said.startswith("At V = 0.05, right of what is shown; behind")
 
 
 def test_a_map_without_orbits_says_so(explorer):

@@ -62,7 +62,10 @@ export class DiagramView extends View {
   sentence() {
     const { app, bifurcations } = this;
     if (!this.parts.some((part) => part.data.bifurcations)) return "";
-    const here = `At ${app.written(app.state.diagram.parameter)} = ${short(app.parameter, 6)}, the line`;
+    const { parameter, range } = app.state.diagram;
+    const beside = app.parameter < range[0] ? "left" : app.parameter > range[1] ? "right" : "";
+    const where = beside ? `${beside} of what is shown` : "the line";
+    const here = `At ${app.written(parameter)} = ${short(app.parameter, 6)}, ${where}`;
     if (!bifurcations.length) return `${here}: nothing changes in this range.`;
     const ahead = bifurcations.filter(({ value }) => value > app.parameter);
     const next = ahead[0] ?? bifurcations.at(-1);
