@@ -308,7 +308,7 @@ def flip_tampered(f):
 def crisis_tampered(f):
     yield replace(f, lobes=f.lobes[::-1])
     yield replace(f, below_fold=f.above_fold)
-    yield replace(f, coefficient=replace(f.coefficient, curvature=0.0))
+    yield replace(f, coefficient=f.coefficient._replace(curvature=0.0))
     yield replace(f, above_crisis=f.below_crisis)
     yield replace(f, attractors_after=f.attractors_between)
     yield replace(f, ends=f.ends[::-1])
