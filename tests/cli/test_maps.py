@@ -405,6 +405,7 @@ def test_an_undecided_rest_is_told_and_nothing_decided_fails(found_basins, capsy
         ("--resolution 0", ["resolution", "0", "between 0 and 1"]),
         ("--resolution 1", ["resolution", "1", "between 0 and 1"]),
         ("--resolution nan", ["resolution", "nan"]),
+        ("--samples 64", ["--samples", "several numbers"]),
         ("--beta 0", ["beta", "> 0"]),
         ("--max-events 0", ["max_events", ">= 1"]),
         ("--out .", ["folder"]),

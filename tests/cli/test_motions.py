@@ -91,6 +91,8 @@ def test_a_motion_that_could_not_be_followed_fails(capsys):
         ("--x 0.5 --v 0", ["x", "0.5"]),
         ("-d 3", ["3.0", "0.676"]),
         ("-d 0.1 --samples 1", ["--samples 1"]),
+        ("-d 0.1 --events --samples 9", ["--events", "--samples"]),
+        ("-d 0.1 --events --energy", ["--events", "--energy"]),
         ("-d 0.1 --samples 99999999999999999999", ["--samples 999", "at most"]),
         ("-d 0.1 --t-end -1", ["t_end", "-1"]),
         ("-d 0.1 --t-end nan", ["t_end", "nan"]),

@@ -242,6 +242,12 @@ def test_basins_of_a_chain_are_shares_of_starts(file, capsys):
     assert columns["share"] == [known.share(k).value for k in columns["attractor"]]
 
 
+def test_basins_of_a_chain_have_no_resolution(file, capsys):
+    file(CHAIN)
+    assert main("basins --model mine.toml --resolution 1e-3".split()) == 2
+    assert "--samples" in capsys.readouterr().err
+
+
 def test_orbits_of_a_chain_are_drawn(file, tmp_path):
     file(CHAIN)
     assert main(["orbits", "--model", "mine.toml", "--out", "orbits.png"]) == 0

@@ -254,8 +254,8 @@ stickslip basins --preset law9 --alpha 1.208 --out basins.csv
 def basins(
     *,
     table: TableOptions = TableOptions(),
-    resolution: float = 1e-5,
-    samples: Whole = 1024,
+    resolution: float | None = None,
+    samples: Whole | None = None,
 ) -> int:
     """Divide the domain of the event map into basins of attraction.
 
@@ -271,14 +271,21 @@ def basins(
     Parameters
     ----------
     resolution
-        On a line: share of the domain below which interwoven basins are left to samples.
+        On a line: share of the domain below which interwoven basins are left to samples; 1e-5
+        if not given.
     samples
-        Of a map of several numbers: starts, spread over the domain.
+        Of a map of several numbers: starts, spread over the domain; 1024 if not given.
     """
     import stickslip as ss
 
     f = table.map()
     on_line = f.dimension == 1
+    if on_line and samples is not None:
+        raise UsageError("--samples belongs to maps of several numbers; on a line: --resolution")
+    if not on_line and resolution is not None:
+        raise UsageError("--resolution belongs to maps of one number; of several: --samples")
+    resolution = 1e-5 if resolution is None else resolution
+    samples = 1024 if samples is None else samples
     asked: dict[str, Any] = {"resolution": resolution} if on_line else {"samples": samples}
     settings = asked if on_line else {"n_samples": samples}
     found = table.deliver("basins", f.model, asked, lambda: ss.basins(f, **settings))
@@ -365,7 +372,7 @@ def simulate(
     x: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
     v: Annotated[tuple[float, ...], Parameter(name="--v", negative=(), show_default=False)] = (),
     t_end: float,
-    samples: Whole = 2001,
+    samples: Whole | None = None,
     events: Flag = False,
     energy: Flag = False,
 ) -> int:
@@ -387,7 +394,7 @@ def simulate(
     t_end
         Time to stop at, in units of sqrt(m / k).
     samples
-        Number of equally spaced times, both ends included.
+        Number of equally spaced times, both ends included; 2001 if not given.
     events
         List the changes of mode (time, block, kind) instead of samples.
     energy
@@ -398,6 +405,9 @@ def simulate(
     import stickslip as ss
     from stickslip import status
 
+    if events and (energy or samples is not None):
+        raise UsageError("--events lists changes of mode; --samples and --energy belong to samples")
+    samples = 2001 if samples is None else samples
     check_equally_spaced("--samples", samples)
     if bool(d) == bool(x or v):
         raise UsageError("give a start: either -d 0.1, or --x and --v once for each block")
