@@ -160,7 +160,7 @@ def test_each_value_has_an_error_of_its_own(tmp_path) -> None:  # type: ignore[n
     [
         ([0.1, 0.1], r"sigma has the shape \(2,\), and there are 3 rows"),
         ([0.1, 0.0, 0.1], "sigma = 0: standard errors are > 0"),
-        ([0.1, np.nan, 0.1], r"sigma\[1, 0\] = .*nan.* is not a finite number"),
+        ([0.1, np.nan, 0.1], r"sigma\[1, 0\] = nan is not a finite number"),
         (np.ones((3, 2)), "sigma has 2 columns: 1, or as many as the data, 1"),
     ],
 )

@@ -435,7 +435,7 @@ def _finite(name: str, array: Floats) -> Floats:
     if len(bad):
         where = ", ".join(map(str, bad[0]))
         raise ValueError(
-            f"{name}[{where}] = {array[tuple(bad[0])]!r} is not a finite number ({len(bad)} of "
+            f"{name}[{where}] = {array[tuple(bad[0])]} is not a finite number ({len(bad)} of "
             f"{array.size} are not). Leave such rows out."
         )
     return array

@@ -111,7 +111,10 @@ def test_positions_have_the_given_differences() -> None:
 
 BAD = {
     "shape": (dict(stiffness=[[1.0]]), r"stiffness has the shape \(1, 1\)"),
-    "asymmetric": (dict(stiffness=np.eye(3) + np.eye(3, k=1)), "must be symmetric"),
+    "asymmetric": (
+        dict(stiffness=np.eye(3) + np.eye(3, k=1)),
+        r"stiffness\[0, 1\] = 1\.0 but stiffness\[1, 0\] = 0\.0: the matrix must be symmetric",
+    ),
     "indefinite": (dict(stiffness=np.diag([1.0, 1.0, -1.0])), "positive definite"),
     "singular": (dict(stiffness=np.diag([1.0, 1.0, 0.0])), "positive definite"),
     "nan": (dict(stiffness=np.diag([1.0, 1.0, np.nan])), "not a finite number"),

@@ -67,7 +67,7 @@ def symmetric(name: str, given: object, n: int, why: str) -> Floats:
     if apart.max(initial=0.0) > ROUNDING * np.abs(matrix).max(initial=0.0):
         i, j = np.unravel_index(np.argmax(apart), apart.shape)
         raise ValueError(
-            f"{name}[{i}, {j}] = {matrix[i, j]!r} but {name}[{j}, {i}] = {matrix[j, i]!r}: the "
+            f"{name}[{i}, {j}] = {matrix[i, j]} but {name}[{j}, {i}] = {matrix[j, i]}: the "
             f"matrix must be symmetric ({why})."
         )
     return frozen(np.asarray(0.5 * (matrix + matrix.T)))
