@@ -109,6 +109,14 @@ def test_positions_have_the_given_differences() -> None:
         CHAIN.positions([0.1])
 
 
+@pytest.mark.parametrize("d", [0.1, [0.1]])
+def test_one_block_has_no_differences(d: object) -> None:
+    model = ss.Oscillator(V=0.2, friction=LAW)
+    with pytest.raises(ValueError, match=r"no neighbour .* x and v"):
+        ss.simulate(model, d=d, t_end=1)
+    assert ss.simulate(model, d=[], t_end=1).status == 0
+
+
 BAD = {
     "shape": (dict(stiffness=[[1.0]]), r"stiffness has the shape \(1, 1\)"),
     "asymmetric": (

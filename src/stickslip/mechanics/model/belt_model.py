@@ -385,6 +385,9 @@ class BeltModel(ABC):
             raise ValueError(
                 f"d has the shape {steps.shape}: its last axis must have {n - 1} entries, the "
                 f"differences X_(i+1) - X_i of {n} blocks."
+                if n > 1
+                else f"d = {shown(d)}: one block has no neighbour to differ from. Start it from x "
+                "and v, or with d = [] at the end of its stick phase."
             )
         x = np.zeros((*steps.shape[:-1], n))
         np.cumsum(steps, axis=-1, out=x[..., 1:])
