@@ -5,6 +5,7 @@ import pytest
 from tests.analysis.known_maps_nd import henon, kinked
 
 from stickslip.analysis.diagrams.diagrams import bifurcation_diagram
+from stickslip.analysis.maps.map import Map
 from stickslip.results.files import load, save
 
 EXACT = 1e-11
@@ -51,6 +52,28 @@ def test_a_border_collision_ends_orbits():
     assert reasons == {"border_collision", "end of range"}
     # Even if none are looked for, the fixed point of the left piece is an attractor.
     assert found.values[found.attractors.where].tolist() == found.values[found.values < 0].tolist()
+
+
+@pytest.mark.parametrize("range_", [(0.32, 0.38), (0.45, 0.55)])
+def test_a_closed_curve_is_two_orbits_that_meet_in_two_folds(range_):
+    """A tongue of Arnold's map of the circle: the points drift round as it is crossed."""
+
+    def func(x, om):
+        return x + om - 0.9 / (2 * np.pi) * np.sin(2 * np.pi * x)
+
+    f = Map(func, 1, parameters={"om": 0.3}, periodic=[1.0])
+    found = bifurcation_diagram(f, "om", (*range_, 21), max_period=3, n_lists=4, attractors=False)
+    assert [[end.reason for end in orbit.ends] for orbit in found.orbits] == [["fold"] * 2] * 2
+    one, other = ([end.value for end in orbit.ends] for orbit in found.orbits)
+    np.testing.assert_allclose(one, other, rtol=EXACT)
+    assert not found.unresolved
+    assert sorted(orbit.stable.sum() > 0 for orbit in found.orbits) == [False, True]
+    for orbit in found.orbits:
+        within = (found.values > one[0]) & (found.values < one[1])
+        assert (orbit.exists == within).all()
+        for om, points in zip(found.values[within], orbit.points[within], strict=True):
+            off = func(points, om) - np.roll(points, -1, axis=0)
+            np.testing.assert_allclose(off, np.round(off), rtol=0, atol=EXACT)
 
 
 def test_a_diagram_is_a_table_and_a_file(diagram, tmp_path):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.continuation.curve import CurveEnd
-from stickslip.analysis.maps.protocol import MapND, domain_width
+from stickslip.analysis.maps.protocol import MapND, domain_width, turned_near
 from stickslip.analysis.orbits.bundles import padded
 from stickslip.analysis.orbits.newton import polish_on, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
@@ -175,26 +175,42 @@ def sampled_orbits(curves: Sequence[Curve]) -> list[SampledOrbit]:
 def _stretches(curve: Curve) -> Iterator[SampledOrbit]:
     """Cut a curve where orbits meet, into stretches along which the parameter rises or falls."""
     events = [item for item in curve.bifurcations if item.kind in MEETS]
-    rows, cuts = np.arange(len(curve)), [item.row for item in events]
+    cuts = [item.row for item in events]
     meets = [CurveEnd(e.kind, e.parameters, e.points, e.multipliers, e.error) for e in events]
     first, last = (_named(end) for end in curve.ends)
-    if cuts and first.reason == "closed" and curve.values[0] != curve.values[-1]:
-        # A closed curve: begin where two orbits meet.
-        rows = np.concatenate([rows[cuts[0] :], rows[: cuts[0] + 1]])
-        cuts, first, last, meets = [c - cuts[0] for c in cuts[1:]], meets[0], meets[0], meets[1:]
-    bounds = pairwise([0, *cuts, len(rows) - 1]), pairwise([first, *meets, last])
+    if cuts and first.reason == "closed":
+        curve, cuts = _begun_at(curve, cuts[0]), [c - cuts[0] for c in cuts[1:]]
+        first, *meets = meets
+        last = replace(first, points=curve.points[-1])
+    bounds = pairwise([0, *cuts, len(curve.values) - 1]), pairwise([first, *meets, last])
     for (a, b), ends in zip(*bounds, strict=True):
         if a < b or not cuts:
             listed = [k for k in range(a, b + 1) if k not in cuts]
-            yield _sampled(curve, rows[a : b + 1], rows[listed[0] if listed else a], ends)
+            yield _sampled(curve, slice(a, b + 1), listed[0] if listed else a, ends)
 
 
-def _sampled(curve: Curve, rows: Any, listed: int, ends: tuple[CurveEnd, CurveEnd]) -> SampledOrbit:
+def _begun_at(curve: Curve, row: int) -> Curve:
+    """Let a closed curve begin and end at one of its rows."""
+    n, near = len(curve), curve.points[-1]
+    rows = np.concatenate([np.arange(row, n), np.arange(row + 1)])
+    points = curve.points[rows]
+    # The curve may have come back with its points in another turn, and angles after whole turns.
+    turns = [np.roll(curve.points[0], k, axis=0) for k in range(len(near))]
+    closest = [turned_near(curve.system, points, near) for points in turns]
+    k = int(np.argmin([np.abs(points - near).max() for points in closest]))
+    points[n - row :] = np.roll(points[n - row :], k, axis=1) + (closest[k] - turns[k])
+    parameters = {name: values[rows] for name, values in curve.parameters.items()}
+    return replace(curve, parameters=parameters, points=points, multipliers=curve.multipliers[rows])
+
+
+def _sampled(
+    curve: Curve, rows: slice, listed: int, ends: tuple[CurveEnd, CurveEnd]
+) -> SampledOrbit:
     """Describe an orbit from its lower to its upper end, its smallest point in a list first."""
-    if curve.values[rows[-1]] < curve.values[rows[0]]:
-        rows, ends = rows[::-1], ends[::-1]
-    values, points = curve.values[rows], curve.points[rows]
-    multipliers = curve.multipliers[rows]
+    values, points, multipliers = curve.values[rows], curve.points[rows], curve.multipliers[rows]
+    if values[-1] < values[0]:
+        values, points, multipliers = values[::-1], points[::-1], multipliers[::-1]
+        ends = ends[::-1]
     width = np.ptp(curve.points) if curve.system is None else _width(curve.system)
     for end, at in zip(ends, (0, len(values)), strict=True):
         near = values[-1 if at else 0]
