@@ -111,6 +111,14 @@ def test_an_irrational_turn_is_quasiperiodic_and_what_keeps_areas_attracts_nothi
         assert "volumes" in attractor.reason
 
 
+def test_bands_visited_in_turn_do_not_blur_a_set():
+    """Chaos in two bands: the distance of neighbours is that within one of them."""
+    f = ss.Map(lambda x, r: r * x * (1 - x), 1, parameters={"r": 3.6}, domain=[(0, 1)])
+    found = ss.attractors(f)
+    assert found[0].kind == "chaotic"
+    assert found.resolution < 0.01
+
+
 def test_lozi_map_is_chaotic_with_the_exponents_of_plain_iteration():
     f = ss.Map(
         lambda z, a, b: points(1 - a * np.abs(z[..., 0]) + z[..., 1], b * z[..., 0]),

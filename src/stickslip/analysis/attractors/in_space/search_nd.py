@@ -92,8 +92,10 @@ class Search:
     def recurring(self, path: Floats) -> _Set:
         """Tell how well later points come as close to earlier ones as these to each other."""
         half = len(path) // 2
-        made = _Set(path, None, 0.0, self._tree(path[:half:2]))
-        distances = made.tree.query(self._scaled(path[1:half:2]))[0]
+        # In no order of time: of two islands visited in turn, every second step sees one.
+        early = np.random.default_rng(0).permutation(path[:half])
+        made = _Set(path, None, 0.0, self._tree(early[::2]))
+        distances = made.tree.query(self._scaled(early[1::2]))[0]
         size = np.ptp(made.tree.data, axis=0).max()
         made.reach = max(REACH * float(np.quantile(distances, 0.95)), RESOLUTION * float(size))
         made.recurrence = self.near(made, path[half:])
