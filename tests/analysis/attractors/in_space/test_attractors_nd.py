@@ -153,6 +153,32 @@ def test_border_collision_to_chaos_in_the_plane():
     assert [a.kind for a in after] != ["periodic"] or after[0].period > 1
 
 
+@pytest.mark.parametrize("k", [0.5, 0.9])
+def test_an_irrational_turn_of_the_whole_circle_is_quasiperiodic(k):
+    """Volumes keep their mean, as of all that fills the space; lengths do not."""
+    (found,) = ss.attractors(_circle((math.sqrt(5) - 1) / 2, k))
+    assert (found.kind, found.basin_share) == ("quasiperiodic", 1.0)
+    assert np.ptp(found.points % 1.0) > 0.99
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.1])
+def test_what_keeps_areas_in_some_coordinates_attracts_nothing(bend):
+    """The standard map, of the momentum y + bend sin y: only for bend = 0 is |det| 1."""
+
+    def func(z, k):
+        x, y = z[..., 0], z[..., 1]
+        p = y + (bend * np.sin(TURN * y) + k * np.sin(TURN * x)) / TURN
+        y = p
+        for _ in range(16):
+            y = p - bend / TURN * np.sin(TURN * y)
+        return points(x + p, y)
+
+    f = ss.Map(func, 2, parameters={"k": 0.3}, domain=[(0, 1)] * 2, periodic=[1.0, 1.0])
+    found = ss.attractors(f, n_starts=4)
+    assert len(found) == 4
+    assert all(item.kind == "undecided" and "volumes" in item.reason for item in found)
+
+
 @pytest.mark.parametrize("axes", [1, 2, 3])
 def test_points_of_a_grid_are_those_of_a_mesh(axes):
     values = [np.linspace(k, k + 1, 3 + k) for k in range(axes)]

@@ -177,7 +177,7 @@ class Search:
         else:
             jacobians = sample(self.f, known.points).derivative
             lyapunov = LyapunovExponent(*exponent_along(jacobians))
-            kind, reason = self._kind(known.recurrence, lyapunov, jacobians)
+            kind, reason = self._kind(known, lyapunov, jacobians)
         return AttractorND(
             kind=kind,
             period=0 if orbit is None else orbit.period,
@@ -189,20 +189,23 @@ class Search:
             reason=reason,
         )
 
-    def _kind(
-        self, recurrence: float, lyapunov: LyapunovExponent, jacobians: Floats
-    ) -> tuple[Any, str]:
+    def _kind(self, known: _Set, lyapunov: LyapunovExponent, jacobians: Floats) -> tuple[Any, str]:
         value, error = lyapunov
-        if recurrence < RECURS:
+        if known.recurrence < RECURS:
             return "undecided", f"has not settled within {self.max_steps} steps"
+        neutral = abs(value) * lyapunov.n <= NEUTRAL
         volumes = float(np.linalg.slogdet(jacobians)[1].mean())  # growth of their logarithm
-        if abs(volumes) * lyapunov.n <= 1.0:
+        if abs(volumes) * lyapunov.n <= 1.0 and not (neutral and self._fills(known)):
             return "undecided", "it keeps volumes: nothing attracts"
         if value > SURE * error and value * lyapunov.n > NEUTRAL:
             return "chaotic", ""
-        if abs(value) * lyapunov.n <= NEUTRAL:
+        if neutral:
             return "quasiperiodic", ""
         return "undecided", "the exponent's sign is not clear, and no cycle was found"
+
+    def _fills(self, known: _Set) -> bool:
+        """Tell whether a set is the whole space, as on a circle that turns irrationally."""
+        return self.near(known, self.f.spread(KEPT)) >= RECURS
 
 
 def search_attractors(
