@@ -9,6 +9,7 @@ from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kin
 
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import OrbitSurvey
+from stickslip.analysis.maps.map import Map
 from stickslip.analysis.orbits.orbits_nd import search_orbits
 from stickslip.analysis.work import Work
 from stickslip.results.files import load, save
@@ -140,6 +141,24 @@ def test_a_corner_that_doubles_the_period():
     assert {o.period for o in found.orbits_after} == {1, 2, 4} or [
         o.period for o in found.orbits_after
     ] == [1, 2]
+
+
+def test_all_attractors_that_a_collision_makes_are_in_its_outcome():
+    """Skew tents about 0 and 10: the slopes of one make chaos, those of the other a cycle."""
+
+    def func(x, mu):
+        y = np.where(x < 5, x, x - 10)
+        slope = np.where(y < 0, np.where(x < 5, 0.9, 0.4), np.where(x < 5, -1.7, -1.3))
+        return x - y + mu + slope * y
+
+    f = Map(func, 1, parameters={"mu": 0.1}, domain=[(-3, 13)])
+    two = bifurcations(f, "mu", (-0.2, 0.3), max_period=2, n_lists=4)
+    for item in two:
+        assert {a.kind for a in item.attractors_after} == {"periodic", "chaotic"}
+        assert item.outcome.attractors == "undecided"
+    f = Map(func, 1, parameters={"mu": 0.1}, domain=[(-3, 3)])
+    (one,) = bifurcations(f, "mu", (-0.2, 0.3), max_period=2, n_lists=4)
+    assert (len(two), one.outcome.attractors) == (2, "chaotic")
 
 
 def test_a_jump_at_which_orbits_are_lost():

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
+from collections import Counter
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     attempted,
 )
 from stickslip.analysis.bifurcations.normal_forms import coefficient
-from stickslip.analysis.bifurcations.outcome import Outcome
+from stickslip.analysis.bifurcations.outcome import AttractorOutcome, Outcome
 from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.protocol import apart, orbits, reduced
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
@@ -342,6 +343,17 @@ def _outcome(item: Bifurcation) -> Outcome:
     return Outcome(known.get((before, after), "undecided"), "periodic" if stable else "undecided")
 
 
+def _with_attractors(outcome: Outcome, before: tuple[Any, ...], after: tuple[Any, ...]) -> Outcome:
+    """Add the kind of the attractors that are new after a border collision, if it is one."""
+    new = Counter((a.kind, a.period) for a in after)
+    new -= Counter((a.kind, a.period) for a in before)
+    kinds = {kind for kind, _ in new} | (
+        {"periodic"} if outcome.attractors == "periodic" else set()
+    )
+    one: Any = kinds.pop() if len(kinds) == 1 else "undecided"
+    return replace(outcome, attractors=one if one in get_args(AttractorOutcome) else "undecided")
+
+
 # ------------------------------------------------------------------ attractors
 
 
@@ -412,7 +424,8 @@ class _Looks:
         sides = self.survey.clear_sides(item.value)
         self.at(sides)
         before, after = (self.known[q].attractors if q in self.known else () for q in sides)
-        return replace(item, attractors_before=before, attractors_after=after)
+        outcome = item.outcome and _with_attractors(item.outcome, before, after)
+        return replace(item, attractors_before=before, attractors_after=after, outcome=outcome)
 
     def changes(
         self,
