@@ -180,7 +180,7 @@ def test_json_of_a_flip(logistic):
     assert row.value == pytest.approx(3.0, abs=1e-12)
     assert abs(row.value - 3.0) <= 4 * row.error
     assert (row.kind, row.criticality) == ("flip", "super")
-    assert [orbit.kind for orbit in row.orbits_after] == ["unstable"]
+    assert [orbit.kind for orbit in row.orbits_after] == ["unstable", "stable"]
     assert [attractor.period for attractor in row.attractors_after] == [2]
     assert document.picture == "diagram.svg"
 

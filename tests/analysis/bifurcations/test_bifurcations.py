@@ -318,3 +318,13 @@ def test_processes_change_nothing(two_processes, system, name, ends):
     assert [item.value for item in found] == [item.value for item in here]
     for one, other in zip(found.curves, here.curves, strict=True):
         np.testing.assert_array_equal(one.points, other.points)
+
+
+@pytest.mark.parametrize("max_period", [1, 2])
+def test_a_flip_bears_an_orbit_also_above_the_longest_period(max_period):
+    found = bifurcations(examples.logistic(3.0), "r", (2.9, 3.5), max_period=max_period, n_lists=4)
+    flips = found.of_kind("flip")
+    assert [flip.period for flip in flips] == [1, 2]
+    for flip in flips:
+        after = [(orbit.period, orbit.stable) for orbit in flip.orbits_after]
+        assert after == [(flip.period, False), (2 * flip.period, True)]

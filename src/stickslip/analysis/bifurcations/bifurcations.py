@@ -25,7 +25,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     bifurcation_of,
     joined_where_they_touch,
 )
-from stickslip.analysis.bifurcations.cascades import cascades
+from stickslip.analysis.bifurcations.cascades import cascades, with_double
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
@@ -337,8 +337,12 @@ class _Report:
             item = self.part(
                 partial(explained, event, span, share, family), f"a {event.kind}", event.value
             )
-            if item is not None:
-                yield item
+            if item is None:
+                continue
+            if item.kind == "flip" and 2 * item.period > self.survey.max_period:
+                double = partial(with_double, item, family)
+                item = self.part(double, "a doubled orbit", item.value) or item
+            yield item
 
     def _with_mechanism(self, item: Bifurcation) -> Bifurcation:
         """Explain a border collision or a crisis by the motions at its border."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -221,12 +221,31 @@ def _with_orbits(level: _Level, family: Family) -> Bifurcation:
         except ValueError:  # the family ends there
             return flip
         sides.append([parent] if parent.quality == "located" else [])
-    start = _doubled(level, BESIDE / STARTS[0] * way, family)
-    if start is not None:
-        double = solve_orbit(family.whole(start[1]), start[0].points[0])
-        sides[1] += [double] if double.quality == "located" else []
     before, after = sides if way > 0 else sides[::-1]
-    return replace(flip, orbits_before=tuple(before), orbits_after=tuple(after))
+    flip = replace(flip, orbits_before=tuple(before), orbits_after=tuple(after))
+    return _with_double(replace(level, flip=flip), way, family)
+
+
+def _with_double(level: _Level, way: float, family: Family) -> Bifurcation:
+    """Add the orbit that is born at a flip, on the way to where its own flip is expected."""
+    flip, start = level.flip, _doubled(level, BESIDE / STARTS[0] * way, family)
+    if start is None:
+        return flip
+    double = solve_orbit(family.whole(start[1]), start[0].points[0])
+    if double.quality != "located":
+        return flip
+    side = "orbits_after" if way > 0 else "orbits_before"
+    more: dict[str, Any] = {side: (*getattr(flip, side), double)}
+    return replace(flip, **more)
+
+
+def with_double(flip: Bifurcation, family: Family) -> Bifurcation:
+    """Add the orbit that is born at a flip whose double the lists are too short for."""
+    slope = _slope(flip, family)
+    if slope == 0 or flip.criticality != "super":
+        return flip
+    level = _Level(flip, slope, flip_coefficient(family.whole(flip.value), flip.points))
+    return _with_double(level, -WAY / slope, family)
 
 
 # ------------------------------------------------------------------ the accumulation
