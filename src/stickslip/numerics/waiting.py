@@ -133,13 +133,13 @@ class _Wait:
             self._gone.set()
 
     def __str__(self) -> str:
-        said = self._share if isinstance(self._share, int | float) else None
-        share = str(self._share) if said is None else f"{said:.0%} done" if said else ""
+        share: Any = self._share
+        if isinstance(share, int | float):
+            share = f"{share:.0%} done" if share else ""
         compiled = WATCH.compiled - self._compiled
-        kernels = f", kernels compiled: {compiled}" if compiled else ""
-        return (
-            f"{self._what}: {time.monotonic() - self.begun:.0f} s{share and f', {share}'}{kernels}"
-        )
+        kernels = f"kernels compiled: {compiled}" if compiled else ""
+        told = (f"{time.monotonic() - self.begun:.0f} s", str(share), kernels)
+        return f"{self._what}: {', '.join(filter(None, told))}"
 
     def _on_terminal(self) -> None:
         from rich.console import Console

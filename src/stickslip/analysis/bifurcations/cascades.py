@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -97,8 +98,7 @@ def _beyond(
     family: Family, range: tuple[float, float], chain: list[Bifurcation]
 ) -> list[Bifurcation]:
     """Follow a cascade from its last flip on, as far as it takes and as flips are sharp."""
-    coefficient = flip_coefficient(family.whole(chain[-1].value), chain[-1].points)
-    level = _Level(chain[-1], _slope(chain[-1], family), coefficient)
+    level = _level_of(chain[-1], family)
     found: list[Bifurcation] = []
     while 2 * level.flip.period <= LONGEST and level.slope != 0:
         located = _next_flip(level, family)
@@ -116,13 +116,12 @@ def _beyond(
     return found
 
 
-def _slope(flip: Bifurcation, family: Family) -> float:
-    """Differentiate an orbit's multiplier with respect to the parameter, at its flip."""
-    try:
-        step = max(1e3 * flip.error, 1e-9 * abs(flip.value))
-        return solve_near(flip.condition, family.whole, flip.value, step=step).slope
-    except (ConditionLost, ValueError):
-        return 0.0
+def _level_of(flip: Bifurcation, family: Family) -> _Level:
+    """Take up a flip of the lists; its slope is 0 where the multiplier has none."""
+    step, slope = max(1e3 * flip.error, 1e-9 * abs(flip.value)), 0.0
+    with suppress(ConditionLost, ValueError):
+        slope = solve_near(flip.condition, family.whole, flip.value, step=step).slope
+    return _Level(flip, slope, flip_coefficient(family.whole(flip.value), flip.points))
 
 
 def _next_flip(level: _Level, family: Family) -> Located | None:
@@ -241,11 +240,9 @@ def _with_double(level: _Level, way: float, family: Family) -> Bifurcation:
 
 def with_double(flip: Bifurcation, family: Family) -> Bifurcation:
     """Add the orbit that is born at a flip whose double the lists are too short for."""
-    slope = _slope(flip, family)
-    if slope == 0 or flip.criticality != "super":
+    if flip.criticality != "super" or not (level := _level_of(flip, family)).slope:
         return flip
-    level = _Level(flip, slope, flip_coefficient(family.whole(flip.value), flip.points))
-    return _with_double(level, -WAY / slope, family)
+    return _with_double(level, -WAY / level.slope, family)
 
 
 # ------------------------------------------------------------------ the accumulation

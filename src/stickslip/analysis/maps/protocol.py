@@ -317,21 +317,21 @@ def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:
 def apart(f: MapND, x: Floats, y: Floats) -> Floats:
     """Differences of points, angles the short way round."""
     difference: Floats = x - y
-    if (periods := getattr(f, "periods", None)) is not None:
-        angle = np.isfinite(periods)
-        turns = np.round(difference[..., angle] / periods[angle])
-        difference[..., angle] -= turns * periods[angle]
-    return difference
+    return difference - _whole_turns(f, difference)
 
 
 def turned_near(f: MapND, x: Floats, near: Floats) -> Floats:
     """Return points with each angle turned by whole periods to where it is closest to others."""
+    return x + _whole_turns(f, near - x)
+
+
+def _whole_turns(f: MapND, difference: Floats) -> Floats | float:
+    """Return what of differences between points is whole periods of angles."""
     if (periods := getattr(f, "periods", None)) is None:
-        return x
-    angle, led = np.isfinite(periods), np.array(x, dtype=np.float64)
-    off = np.subtract(near, x)[..., angle]
-    led[..., angle] += np.round(off / periods[angle]) * periods[angle]
-    return led
+        return 0.0
+    angle, whole = np.isfinite(periods), np.zeros_like(difference)
+    whole[..., angle] = np.round(difference[..., angle] / periods[angle]) * periods[angle]
+    return whole
 
 
 def turns(f: MapND) -> Floats:

@@ -67,10 +67,12 @@ def follow_equilibrium(
     spectra = np.array([eigenvalues(value) for value in values.tolist()])
     # The product of all modes changes its sign where the balance of forces is singular.
     turned = np.cos(np.angle(spectra).sum(axis=1)) < 0.0
-    for k in np.flatnonzero(turned[:-1] != turned[1:]).tolist():
+    (ends,) = (turned[:-1] != turned[1:]).nonzero()
+    if ends.size:
+        before, after = values[ends[0] : ends[0] + 2]
         raise ValueError(
             "the steady sliding ends within the range: no forces balance between "
-            f"{parameter} = {values[k]:.15g} and {values[k + 1]:.15g}."
+            f"{parameter} = {before:.15g} and {after:.15g}."
         )
     events = []
     followed = FollowedModes(eigenvalues, values)

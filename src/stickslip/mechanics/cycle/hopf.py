@@ -228,11 +228,6 @@ def effect(below: Complexes, above: Complexes) -> int:
     return int(_growth_rates(above).max() > 0.0) - int(_growth_rates(below).max() > 0.0)
 
 
-def rates_beside(mode: complex, beside: Sequence[Complexes]) -> list[float]:
-    """Growth rates, at neighbouring values, of the mode that is nearest to one."""
-    return [float(_growth_rates(each)[np.argmin(np.abs(each - mode))]) for each in beside]
-
-
 def _brackets(
     rate: Callable[[float], float], grid: Floats, values: Floats, least: float
 ) -> list[tuple[float, float]]:
@@ -264,7 +259,8 @@ def _points(model: Model, V: float, crossing: Sequence[complex]) -> list[HopfPoi
     changes = effect(*beside) != 0
     found = []
     for k in sorted(nearest(np.array(crossing), linear.values).tolist()):
-        before, after = rates_beside(linear.values[k], beside)
+        rates = (_growth_rates(each)[np.argmin(np.abs(each - linear.values[k]))] for each in beside)
+        before, after = map(float, rates)
         found.append(_point(here, linear, k, (after - before) / (2 * step), changes))
     return found
 
