@@ -113,26 +113,39 @@ def test_a_window_inside_a_gap_is_seen_by_the_margin():
     assert branch_table(f).gaps == pytest.approx(np.array([[0.2, 0.5], [0.5007, 0.8]]), abs=1e-15)
 
 
-def test_where_motions_are_long_less_is_resolved_and_the_table_says_so():
-    """Clearances without a pattern: the search of the gap for branches took minutes."""
-    events = []
+@dataclass(frozen=True)
+class Long(Labelled):
+    """Motions of as many events as told; clearances have no pattern where they do not return."""
 
-    @dataclass(frozen=True)
-    class Long(Labelled):
-        def evaluate(self, x, /):
-            got = super().evaluate(x)
-            spent = np.where(np.isnan(got.value), 5000, 3)
-            events.append(int(spent.sum()))
-            margin = np.where(np.isnan(got.value), (1e7 * np.asarray(x)) % 1.0, got.margin)
-            return PointValues(
-                got.value, got.derivative, got.label, got.status, margin, n_events=spent
-            )
+    lost: int = 3
+    returning: int = 3
 
-    f = Long((0.2, 0.6), gap=1)
+    def evaluate(self, x, /):
+        got = super().evaluate(x)
+        lost = np.isnan(got.value)
+        spent = np.where(lost, self.lost, self.returning)
+        margin = np.where(lost, (1e7 * np.asarray(x)) % 1.0, got.margin)
+        return PointValues(got.value, got.derivative, got.label, got.status, margin, n_events=spent)
+
+
+def test_where_motions_of_a_gap_are_long_it_is_probed_less_and_the_table_says_so():
+    """The search of the gap for branches took minutes; the rest is resolved as elsewhere."""
+    f = Long((0.2, 0.6), gap=1, lost=5000)
     with tables_complete_above(1e-9):  # as lists do
         table = branch_table(f)
-    assert table.gaps == pytest.approx(np.array([[0.2, 0.6]]), abs=1e-3)
-    assert sum(events) < 1e6
+    assert table.gaps == pytest.approx(np.array([[0.2, 0.6]]), abs=3e-16)
+    assert table.n_evaluations < 700
+    assert table.resolution == 1e-9
+    (told,) = table.unresolved
+    assert "motions that do not return are long" in told.reason
+    assert told.lo >= 0.2
+    assert told.hi <= 0.6
+
+
+def test_where_motions_are_long_less_is_resolved_and_the_table_says_so():
+    f = Long((0.2, 0.2005, 0.6), returning=5000)
+    with tables_complete_above(1e-9):
+        table = branch_table(f)
     assert table.resolution == pytest.approx(1e-3)
     assert "motions are long: only wide branches are told apart" in str(table.unresolved)
 

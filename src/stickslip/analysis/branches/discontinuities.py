@@ -42,6 +42,7 @@ ACCUMULATE: Final = "branches accumulate: more than are followed, and no wide on
 TOO_CLOSE: Final = "label changes closer to each other than the resolution, in"
 NARROW_END: Final = "a branch narrower than the resolution at the end of the domain,"
 LONG_MOTIONS: Final = "motions are long: only wide branches are told apart, in"
+LONG_GAPS: Final = "motions that do not return are long: gaps are not probed closely, in"
 ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
 
 
@@ -433,6 +434,9 @@ class _Search:
         left, right, step = self.left.take(order), self.right.take(order), mesh.resolution
         if mesh.events_left <= 0:
             self.unresolved.append(Unresolved(LONG_MOTIONS, *mesh.f.domain))
+        if mesh.left_out:
+            ends = np.array([*mesh.left_out])
+            self.unresolved.append(Unresolved(LONG_GAPS, float(ends.min()), float(ends.max())))
         # A branch narrower than the resolution is no branch: one cut from its left neighbour
         # to its right one.
         starts = np.ones(len(left), dtype=bool)

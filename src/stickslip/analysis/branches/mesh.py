@@ -36,6 +36,7 @@ GOLDEN: Final = 0.6180339887498949
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
 GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
 LONG: Final = 256  # events of a motion from which on it counts as a long one
+GAP_PART: Final = 0.25  # of what long motions may cost, in gaps: there they tell least
 GAP_SHARE: Final = 0.125  # of a gap: its cells are halved down to this, however narrow it is
 WELL_INSIDE: Final = 0.9  # of a cell: a margin that vanishes at its very end does so beyond it
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
@@ -101,16 +102,20 @@ class Mesh:
     resolution: float  # no cell is made narrower
     crowd: int  # of branches that are not wide: more are not told apart, but less is resolved
     seeds: Floats = field(default_factory=lambda: np.empty(0))  # points of the first grid
-    events_left: float = math.inf  # of long motions, before less is resolved
+    events_left: float = math.inf  # of long motions that return, before less is resolved
     nodes: Nodes = field(init=False)
     open: Bools = field(init=False)  # cells still to be tested
     # of one label, fail at the resolution
     doubtful: set[tuple[float, float]] = field(default_factory=set)
+    # of gaps, not probed as closely as others, for their motions are too long
+    left_out: set[tuple[float, float]] = field(default_factory=set)
     n_evaluations: int = 0
+    gap_events_left: float = field(init=False)  # of long motions that do not return
     length: float = field(init=False, default=0.0)  # of these, in events
 
     def __post_init__(self) -> None:
         """Lay the first grid, off any symmetric places, with both ends of the domain."""
+        self.gap_events_left = GAP_PART * self.events_left
         lo, hi = self.f.domain
         inner = np.arange(1, N_START - 1)
         share = (inner + JITTER * _wobble(inner)) / (N_START - 1)
@@ -134,13 +139,16 @@ class Mesh:
         """Evaluate the map at ascending points and count."""
         self.n_evaluations += x.size
         got = sample(self.f, x)
+        nodes = Nodes.at(x, got)
         if (long := got.n_events > LONG).any():
-            events = got.n_events[long]
-            self.events_left -= int(events.sum())
-            self.length = max(self.length, float(events.mean()))
+            self.events_left -= int(got.n_events[long & nodes.ok].sum())
             if self.events_left <= 0:
                 self.resolution = max(self.resolution, WIDE * domain_width(self.f))
-        return Nodes.at(x, got)
+            if (lost := long & ~nodes.ok).any():
+                events = got.n_events[lost]
+                self.gap_events_left -= int(events.sum())
+                self.length = max(self.length, float(events.mean()))
+        return nodes
 
     def slopes(self, x: Floats) -> tuple[Floats, Floats]:
         """Values and slopes alone, sooner than nodes, and count."""
@@ -201,14 +209,17 @@ class Mesh:
 
     def _doubt(self, cells: Indices) -> None:
         """Note cells that fail at the resolution."""
-        self.doubtful.update((float(self.nodes.x[i]), float(self.nodes.x[i + 1])) for i in cells)
+        self.doubtful.update(self._ends(cells))
+
+    def _ends(self, cells: Indices) -> list[tuple[float, float]]:
+        return list(zip(*self.nodes.x[[cells, cells + 1]].tolist(), strict=True))
 
     def _reopen(self, cells: Bools) -> None:
         """Open cells again, or doubt them at the resolution."""
         width = np.diff(self.nodes.x)
         narrow = (width <= 1.5 * self.resolution) | ~self._wide_enough(width)
         self._doubt(np.flatnonzero(cells & narrow & self.nodes.ok[1:]))
-        self.open |= cells & ~narrow
+        self.open[self._affordable(np.flatnonzero(cells & ~narrow), width)] = True
 
     def _bent(self) -> Bools:
         """Tell which cells' curvature, at a common node, does not fit their neighbour's."""
@@ -254,19 +265,18 @@ class Mesh:
         known = ~np.isnan(self.nodes.margin[1:])
         coarse = np.where(known, GAP_FLOOR, GAP_PROBES) * domain_width(self.f)
         coarse = np.maximum(np.minimum(coarse, self._largest_unseen()), self.resolution)
-        coarse = np.where(self.events_left > 0, coarse, np.inf)
         return width > np.where(in_gap, coarse, self.resolution)
 
     def _affordable(self, cells: Indices, width: Floats) -> Indices:
         """Leave out the narrowest cells of gaps if motions there are too long to look into all."""
         in_gap = ~self.nodes.ok[cells + 1]
         lost = cells[in_gap]
-        if len(lost) * self.length <= self.events_left:
+        if len(lost) * self.length <= self.gap_events_left:
             return cells
-        most = int(max(self.events_left, 0) / self.length)
-        self.events_left = 0
-        widest = lost[np.argsort(-width[lost], kind="stable")[:most]]
-        return np.sort(np.concatenate([cells[~in_gap], widest]))
+        most = int(max(self.gap_events_left, 0) / self.length)
+        lost = lost[np.argsort(-width[lost], kind="stable")]
+        self.left_out.update(self._ends(lost[most:]))
+        return np.sort(np.concatenate([cells[~in_gap], lost[:most]]))
 
     def _largest_unseen(self) -> Floats:
         """Width of a cell of a gap that its neighbours tell nothing of; of others without bound."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.bands import image, merged
 from stickslip.analysis.branches.along.tracked import break_between
+from stickslip.analysis.branches.discontinuities import LONG_GAPS
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import interpolated_map
@@ -188,7 +189,7 @@ def velocity(bundle: OrbitBundle, f: MapFamily, name: str) -> Floats:
 
 def returns_to_crowd(table: BranchTable, max_period: int) -> bool:
     """Tell whether orbits up to a period may pass where a table does not tell branches apart."""
-    spots = [(item.lo, item.hi) for item in table.unresolved]
+    spots = [(item.lo, item.hi) for item in table.unresolved if item.reason != LONG_GAPS]
     spots += [item.interval for item in table.breakpoints if item.quality != "located"]
     if not spots:
         return False

@@ -23,7 +23,7 @@ from stickslip.analysis.bifurcations.scan.near_misses import (
     zeros_at_end,
 )
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses, returns_to_crowd
-from stickslip.analysis.branches.discontinuities import LONG_MOTIONS
+from stickslip.analysis.branches.discontinuities import LONG_GAPS, LONG_MOTIONS
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
 from stickslip.analysis.branches.table import (
     branch_table,
@@ -111,12 +111,15 @@ class Survey(Range):
 
     def _tell_crowd(self, nodes: Sequence[Node]) -> None:
         """Say that breaks accumulate, where looks for that were made or between them."""
+        open_ = {item.reason for node in nodes for item in node.table.unresolved}
+        if LONG_GAPS in open_:
+            reason = "outside the question: narrow branches inside gaps, where motions are long"
+            self.outside.append(UnresolvedChange(reason, self.lo, self.hi))
         self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
         if self.resolution == RESOLUTION:
             return
         returning = (returns_to_crowd(node.table, self.max_period) for node in nodes)
         self.crowded = self.crowded or any(returning)
-        open_ = (item.reason for node in nodes for item in node.table.unresolved)
         why = "motions are long" if LONG_MOTIONS in open_ else "breaks accumulate"
         above = f"lists are complete above {self.resolution:.2g}"
         told, reason = self.unresolved, f"{why}: {above}, and fewer values are looked at"
