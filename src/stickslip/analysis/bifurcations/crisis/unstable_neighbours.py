@@ -36,6 +36,7 @@ FOLLOWED: Final = 2048  # steps of an orbit that tell where it goes
 STEPS_OUT: Final = 32  # from an edge to the other end of its gap
 ON_BORDER: Final = 1e-6  # of the domain's width: points this close belong to one orbit there
 LONGEST: Final = 64  # orbit in the gaps between bands that is looked for
+AT_ONCE: Final = 8  # edges beyond which the border of a basin is looked for together
 NEIGHBOURS: Final = 2  # unstable orbits beside an edge that are worth trying
 
 
@@ -138,7 +139,14 @@ def on_border(
     fast: InterpolatedMap, attractor: Attractor, edges: Sequence[Edge]
 ) -> Iterator[Meeting]:
     """Find the orbits, of any period, on the border of an attractor's basin beside its edges."""
+    # Some at a time: mostly the first few are all that is asked for.
+    for start in range(0, len(edges), AT_ONCE):
+        yield from _beyond(fast, attractor, edges[start : start + AT_ONCE])
 
+
+def _beyond(
+    fast: InterpolatedMap, attractor: Attractor, edges: Sequence[Edge]
+) -> Iterator[Meeting]:
     def stays(x: Floats) -> NDArray[np.bool_]:
         return np.asarray(attractor.contains(late(fast, x)).all(axis=-1))
 
@@ -186,19 +194,22 @@ def _places(
     x = np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
     # Bands whose gaps one orbit visits merge there all at once, however long it is.
     tried = sorted({*periods, *range(1, min(edge.n_gaps, LONGEST) + 1)})
-    images = fast.iterate(x, tried[-1])
+    off = fast.iterate(x, tried[-1])[:, tried] - x[:, None]
+    with np.errstate(invalid="ignore"):
+        crossed = off[1:] * off[:-1] <= 0
+    distances = np.minimum(np.abs(x[1:] - edge.x), np.abs(x[:-1] - edge.x)) / edge.width
+    brackets = np.flatnonzero(crossed.any(axis=1))
     places: list[_Place] = []
-    for period in tried:
-        off = images[:, period] - x
-        with np.errstate(invalid="ignore"):
-            crossed = np.flatnonzero(off[1:] * off[:-1] <= 0)
-        known = {place.bracket for place in places if period % place.period == 0}
-        for k in crossed:
-            bracket = (float(x[k]), float(x[k + 1]))
-            distance = min(abs(end - edge.x) for end in bracket) / edge.width
-            if period in periods or bracket not in known:
-                places.append(_Place(edge, bracket, period, distance))
-    return sorted(places, key=lambda place: place.distance)[: 2 * NEIGHBOURS]
+    for k in brackets[np.argsort(distances[brackets], kind="stable")].tolist():
+        if len(places) >= 2 * NEIGHBOURS:
+            break
+        known: list[int] = []
+        for period in np.array(tried)[crossed[k]].tolist():
+            if period in periods or all(period % shorter for shorter in known):
+                known.append(period)
+        bracket = (float(x[k]), float(x[k + 1]))
+        places += [_Place(edge, bracket, period, float(distances[k])) for period in known]
+    return places[: 2 * NEIGHBOURS]
 
 
 def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float, ...] | None:
