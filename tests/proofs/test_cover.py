@@ -92,7 +92,13 @@ def wider(d):
     d["attractors"][0]["interval"][1] = "0.07"
 
 
+def twice(d):
+    d["attractors"] = [d["attractors"][0]] * 2
+    d["cells"] = []
+
+
 FORGERIES = [
+    (twice, "not told apart"),
     (another_owner, "not shown to be mapped"),
     (last_first, "not shown to be mapped"),
     (wider, "itinerary|contracted|mapped into itself"),

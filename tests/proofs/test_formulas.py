@@ -167,6 +167,17 @@ def test_a_root_at_the_edge():
     assert periods == [o.period for o in ss.periodic_orbits(f, 4)] == [1, 2, 3, 3, 4]
 
 
+def test_powers_of_negative_numbers_with_an_exponent_that_is_only_enclosed_stay_undecided():
+    # 0.1*30 is exactly 3, and the fixed point -0.05: were it taken for 3.01, there would be none.
+    f = ss.PiecewiseMap(["0.9", "1 + 8400*x**(0.1*30)"], (-1, 1), breakpoints=[-0.055])
+    values = formula_map_values(f)
+    (x,) = variables([arb(-0.02)], [arb(0.0325)])
+    with pytest.raises(Undecided, match="no value on all of the box"):
+        FormulaMap(values).images(x, (), forks=8, at_touch=False)
+    with pytest.raises(Refused, match="may have been missed"):
+        check(forged(of_map(values)))
+
+
 def test_an_orbit_on_a_breakpoint_or_an_end_stays_undecided():
     for f, place in (
         (ss.PiecewiseMap(["-0.1*x", "-0.5*x"], (-1, 1), breakpoints=[0]), 0),
@@ -225,6 +236,8 @@ def test_a_certificate_is_saved_loaded_and_verified_by_the_program(tmp_path, cap
     path.write_text(path.read_text().replace('"0.45"', '"0.46"'))
     assert main(["verify", str(path)]) == 4
     assert capsys.readouterr().err.startswith("refused: ")
+    with pytest.raises(ValueError, match="statement is not what the numbers say"):
+        ss.load(path)
 
 
 def test_wide_domains_that_most_points_leave_take_few_boxes(monkeypatch):

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from stickslip.files import checked_path, checked_suffix, write_text
-from stickslip.proofs.verify.words import SCHEMA, read
+from stickslip.proofs.verify.words import SCHEMA, Refused, read
 from stickslip.results.files import register_document
 from stickslip.results.result import SUFFIXES, Result
 
@@ -120,12 +120,14 @@ def certificate_of(document: dict[str, Any]) -> Certificate:
     Raises
     ------
     Refused
-        The document says something that no certificate does.
+        The document says something that no certificate does, or not what its numbers say.
     """
-    read(document)
+    statement = read(document).statement()
+    if document.get("statement") != statement:
+        raise Refused("the statement is not what the numbers say")
     entries = {name: value for name, value in document.items() if name not in HEAD}
     found = _enclosures(entries)
-    return Certificate(True, document["statement"], found, document["digits"], document)
+    return Certificate(True, statement, found, document["digits"], document)
 
 
 register_document(SCHEMA, certificate_of)

@@ -142,7 +142,11 @@ def power(x: arb, exponent: arb) -> arb:
             result = result * square if n % 2 else result
             square, n = (square * square).nonnegative_part(), n // 2
         return result if exponent >= 0 else 1 / result
-    if exponent > 0 and not x > 0 and x.upper() >= 0:
+    if x > 0:
+        return x**exponent
+    if exponent.contains_integer():  # a ball around 3, as 0.1*30 is: which is not known
+        return arb.nan()
+    if exponent > 0 and x.upper() >= 0:
         return arb(0).union(x.upper() ** exponent)
     return x**exponent
 

@@ -188,9 +188,13 @@ def check_basins(values: dict[str, str], names: tuple[str, ...], c: Basins) -> N
         if not (-end <= enclosed(fraction(low)) and enclosed(fraction(high)) <= end):
             raise Refused(f"[{low}, {high}] is not in the domain")
     covered = []
+    intervals: list[arb] = []
     for attractor in c.attractors:
         ends = fraction(attractor.interval[0]), fraction(attractor.interval[1])
-        _attracted(system, attractor, ends)
+        points = _attracted(system, attractor, ends)
+        # One orbit listed twice would pass through an interval before.
+        check_apart([*intervals, *points], "two points are not told apart, of one orbit or of two")
+        intervals.append(points[0])
         covered.append(Union(*ends))
     for low, high, k in c.cells:
         ends = fraction(low), fraction(high)
@@ -212,8 +216,8 @@ def _attracted(
     system: System,
     c: Attractor,
     ends: tuple[Fraction, Fraction],
-) -> None:
-    """Refuse unless f^period contracts an interval into itself, which stays apart on the way."""
+) -> list[arb]:
+    """Return where an interval goes in a period; refuse unless f^period contracts it into it."""
     inside = Union(*ends)
     passed: list[arb] = []
 
@@ -226,7 +230,7 @@ def _attracted(
         passed[:] = [a.union(b) for a, b in zip(passed, points, strict=True)] if passed else points
 
     everywhere(contracts, system, ends)
-    check_apart(passed, "two points of the orbit are not told apart")
+    return passed
 
 
 def everywhere(

@@ -154,7 +154,9 @@ def _power(base: Any, exponent: Any) -> Any:
         return result if exponent >= 0 else _quotient(arb(1), result)
     if _leading(base) > 0:
         return (exponent * base.log()).exp()
-    if isinstance(base, arb) and isinstance(exponent, arb) and exponent > 0:
+    # Of an exponent such as 0.1*30, a ball around 3, negative numbers may have powers too.
+    fractional = isinstance(exponent, arb) and exponent > 0 and not exponent.contains_integer()
+    if isinstance(base, arb) and fractional:
         return _of_nonnegative(base, lambda x: (exponent * x.log()).exp())
     raise Refused("a power of a number that may be negative")
 
