@@ -69,6 +69,24 @@ BATCHES = [
 ]
 
 
+def test_contacts_that_stick_do_so_in_the_states_that_are_told():
+    stuck = 0
+    for seed in range(80):
+        model, q, v = drawn(seed)
+        plant = model.plant
+        if np.linalg.matrix_rank(plant.out) < len(plant.out):
+            continue  # w of one contact follows from the others
+        rng = np.random.default_rng(seed)
+        z = plant.coordinates(q, v, 0.7)
+        w = z[-plant.n_contacts :]
+        w[rng.random(w.shape) < 0.7] = 0.0
+        again = plant.coordinates(*plant.states(z, 0.7), 0.7)
+        assert (again[-plant.n_contacts :][w == 0.0] == 0.0).all()
+        np.testing.assert_allclose(again, z, rtol=1e-9, atol=1e-11)
+        stuck += np.count_nonzero(w == 0.0)
+    assert stuck > 30
+
+
 def check_against_plain(model: ss.Structure, q: np.ndarray, v: np.ndarray) -> int:
     """Compare a motion with the reference; count the events that left a choice."""
     motion = ss.simulate(model, q, v, t_end=T_END, record="events")

@@ -416,13 +416,28 @@ class Plant:
     def coordinates(self, x: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0) -> Floats:
         """Coordinates z = (y, w) of states; w is 0 where rounding explains the difference."""
         q, v = self.split(np.asarray(x, dtype=np.float64), np.asarray(v, dtype=np.float64))
-        belt = self.belts(t)
-        reached, size = applied(self.out, v), applied(np.abs(self.out), np.abs(v))
-        w = reached - belt
-        w = np.where(np.abs(w) <= 2.0 * EPSILON * np.maximum(size, np.abs(belt)), 0.0, w)
+        belt, reached = self.belts(t), applied(self.out, v)
         lead = self.reduced.out_matrix[:, self.reduced.n_free :]
         free = (v - applied(lead, reached))[..., self.kept]
-        return np.concatenate([q, free, w], axis=-1)
+        y, w = np.concatenate([q, free], axis=-1), reached - belt
+        ahead, along = self._rounding
+        told = applied(ahead, np.abs(reached) + np.abs(belt)) + applied(along, np.abs(y))
+        return np.concatenate([y, np.where(np.abs(w) <= told, 0.0, w)], axis=-1)
+
+    @cached_property
+    def _rounding(self) -> tuple[Floats, Floats]:
+        """Bounds of what `states` makes of w = 0, per velocity at a contact and per y."""
+        # Velocities of contacts that depend on each other are their own image: only there is
+        # what the first product gives rounding.
+        first, n = self.reduced.n_free, self.n_waves
+        along, lead = np.split(self.reduced.out_matrix[:, n:], [first - n], axis=1)
+        image = self.out @ lead
+        unit = EPSILON * (len(self.mass) + n + self.reduced.out_matrix.shape[1])  # a term each
+        size = unit * np.abs(self.out)
+        return (
+            np.abs((image - np.eye(len(image))) @ image) + size @ np.abs(lead),
+            np.abs(self.out @ along) + size @ np.abs(along),
+        )
 
     def states(self, z: Floats, t: ArrayLike = 0.0) -> tuple[Floats, Floats]:
         """Displacements and velocities at coordinates z."""
