@@ -253,3 +253,23 @@ def test_masses_that_nothing_holds_have_no_cycle():
     )
     with pytest.raises(ValueError, match="nothing but friction acts on the masses"):
         ss.find_cycle(stack, [0.0, 0.0], [0.0, 3.0])
+
+
+def test_a_cycle_that_attracts_slowly_is_found():
+    # Beside a multiplier of 0.976 it is 41 times as far away as each return from the last one.
+    model = ss.Structure(
+        mass=[0.299, 2.464],
+        stiffness=[[3.487, -0.76], [-0.76, 3.034]],
+        contacts=[
+            ss.Contact(
+                at=1,
+                friction=ss.Stribeck(0.667, 0.233, viscous=0.192, exponent=2),
+                static=0.977,
+                V=0.244,
+            )
+        ],
+    )
+    cycle = ss.find_cycle(model, [0.164, -1.58], [-0.279, 0.354], max_events=6000)
+    np.testing.assert_allclose(cycle.multipliers[0], 0.97574, rtol=1e-5)
+    assert cycle.stable
+    assert cycle.residual < 1e-12

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
 SETTLED: Final = 1e-9  # ... and this close is a cycle that attracts
-REACH: Final = 30.0  # distances of the return that Newton's method may move the state
+REACH: Final = 30.0 * CLOSE  # of the state's size: how far Newton's method may move a state
 MAX_NEWTON: Final = 30
 CONVERGED: Final = 1e-13  # of the state's size
 ROUNDING: Final = 1e-9  # of the largest multiplier: one that belongs to the section
@@ -149,7 +149,7 @@ class _Search:
             if attempts >= MAX_ATTEMPTS and distance > SETTLED * self.size:
                 continue
             attempts += 1
-            found = self._converged(back, n_events, distance)
+            found = self._converged(back, n_events)
             if found is not None:
                 return found
             if distance <= SETTLED * self.size:
@@ -211,21 +211,20 @@ class _Search:
                 return True
         return False
 
-    def _converged(self, state: State, n_events: int, distance: float) -> Cycle | None:
+    def _converged(self, state: State, n_events: int) -> Cycle | None:
         """Newton's method from a close return, onto the cycle or nowhere."""
 
         def legs(state: State, rounds: int) -> Leg:
             return self.shooter.leg(state, n_events // rounds)
 
-        reach = REACH * distance + CONVERGED * self.size
-        found = self._solved(state, legs, n_events, reach)
+        found = self._solved(state, legs, n_events)
         if found is None:
             return None
         state, leg, rounds = found
         return self._cycle(*self._fewest_freedoms(state, leg, n_events // rounds))
 
     def _solved(
-        self, start: State, legs: Callable[[State, int], Leg], times: int, reach: float
+        self, start: State, legs: Callable[[State, int], Leg], times: int
     ) -> tuple[State, Leg, int] | None:
         """Solve for a cycle; its state, one round of it, and how many rounds the return was."""
         # `legs` follows a return, or a share of it by the number of rounds.
@@ -248,7 +247,9 @@ class _Search:
                 return state, leg, 1
             varies = state.free if forced else _varies(state)
             last, state = now, state._replace(z=state.z + self._step(leg, off, varies))
-            if np.abs(state.z - start.z).max() > reach:
+            # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away, however close
+            # the return: no less far than from the widest one that is worth an attempt.
+            if np.abs(state.z - start.z).max() > REACH * self.size:
                 return None
         return None
 
@@ -311,9 +312,7 @@ class _Search:
         def legs(state: State, rounds: int) -> Leg:
             return self.shooter.leg(state, max_time=period / rounds)
 
-        # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away: no less far than
-        # from the widest return that is worth an attempt.
-        found = self._solved(state, legs, times, REACH * CLOSE * self.size)
+        found = self._solved(state, legs, times)
         return None if found is None else self._cycle(*found[:2])
 
     # --- as a result ---------------------------------------------------------------------------
