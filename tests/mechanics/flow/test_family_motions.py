@@ -130,3 +130,37 @@ def test_a_long_chain_is_followed(limit: int) -> None:
         assert found.status == status.EVENT_LIMIT
         assert found.n_events == limit
         assert 0.025 < found.duration / limit < 0.25
+
+
+@pytest.mark.parametrize(("V", "speed"), [(0.3, 0.02), (0.3, 0.1), (0.1, 0.02)])
+def test_a_force_that_rises_at_low_speed_alone_is_not_stepped_over(V: float, speed: float) -> None:
+    # Beyond a few times that speed its series is that of constant friction, to rounding.
+    def landing(stiffness: np.ndarray, limits: np.ndarray, start: np.ndarray) -> np.ndarray:
+        n = len(limits)
+
+        def rates(_: float, y: np.ndarray) -> np.ndarray:
+            friction = limits * (0.4 + 0.6 * np.exp(-(((V - y[n:]) / speed) ** 2)))
+            return np.concatenate([y[n:], friction - stiffness @ y[:n]])
+
+        def slowest(_: float, y: np.ndarray) -> float:
+            return V - max(y[n:])
+
+        slowest.terminal = True
+        y = np.concatenate([start, np.zeros(n)])
+        close = {"rtol": 1e-13, "atol": 1e-15, "max_step": 2e-3}
+        return solve_ivp(rates, (0, 9), y, "DOP853", events=slowest, **close).t_events[0]
+
+    law = ss.Stribeck(0.4, speed, exponent=2)
+    alone = ss.Oscillator(V=V, friction=law)
+    two = ss.TwoBlock(alpha=1.2, beta=1.3, V=V, friction=law)
+    for model, stiffness, limits, start in (
+        (alone, np.eye(1), np.ones(1), np.array([3 * V])),
+        (two, np.array([[2.2, -1.2], [-1.2, 2.2]]), np.array([1.0, 1.3]), np.array([0.9, 0.7])),
+    ):
+        motion = ss.simulate(model, start, np.zeros(len(start)), t_end=9.0)
+        expected = landing(stiffness, limits, start)
+        np.testing.assert_allclose(motion.events[0].time, expected, rtol=0, atol=1e-12)
+    f = ss.event_map(two.replace(V=0.1))  # all motions return
+    for d in np.linspace(-0.6, 0.6, 7):
+        back = ss.simulate(f.model, d=d, until="stick").d[-1]
+        np.testing.assert_allclose(f(d), back, rtol=0, atol=1e-12 * max(1, abs(f.derivative(d))))

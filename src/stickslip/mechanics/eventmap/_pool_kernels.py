@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
 from stickslip.mechanics.eventmap.records import LONG, Clock, Controls, Outputs, Pools, Tags
-from stickslip.mechanics.flow.dense import SLACK, clearance, keep_first
+from stickslip.mechanics.flow.dense import (
+    OFF,
+    SLACK,
+    UNHEEDED,
+    clearance,
+    is_followed,
+    keep_first,
+)
 from stickslip.mechanics.flow.lanes import layout as at
 from stickslip.mechanics.flow.system import (
     AT_LOWER_LIMIT,
@@ -267,7 +274,8 @@ def meet(
     room = -1.0
     if h >= 0.0 and here != 3 and phase > 0.0 and duration <= controls.max_time:
         state_at(pools, pool, lane, h)
-        room = settle(pools.numbers[BOTH_SLIP], laws, motion, here - 1)
+        if follows_laws(laws, pools, pool, lane, h):
+            room = settle(pools.numbers[BOTH_SLIP], laws, motion, here - 1)
     if room < 0.0:
         leave(pools, pool, lane)
         outputs.status[row] = at.HANDED_OVER
@@ -294,6 +302,24 @@ def meet(
     else:
         enter(pools, Tags(row, n_events, new_code, here, label), clock)
     return -1
+
+
+@kernel
+def follows_laws(laws: Floats, pools: Pools, pool: int, lane: int, h: float) -> bool:
+    """Whether ``pools.motion``, at an event of a lane's last step, has the rates of its series."""
+    motion, last_term = pools.motion, pools.x[pool, at.LAST_TERM + lane]
+    first = 1 if pool == 1 else 0
+    for k in range(2 if pool == BOTH_SLIP else 1):
+        block = first if k == 0 else 1 - first
+        row = (at.SERIES_1 if k == 0 else at.SERIES_2) + lane
+        told = 0.0
+        for j in range(at.ORDER, 0, -1):
+            told = told * h + j * pools.taken[row + j * LANES]
+        rate = motion.mode[block] * rate_of(pools.numbers[BOTH_SLIP], laws, motion, block)
+        size = pools.numbers[BOTH_SLIP, at.LIMIT + block] + abs(motion.e[block])
+        if not is_followed(rate, told, OFF * 2.0**last_term / h + UNHEEDED * size):
+            return False
+    return True
 
 
 @kernel(inline=True)

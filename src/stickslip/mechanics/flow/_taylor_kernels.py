@@ -12,7 +12,11 @@ import numpy as np
 
 from stickslip.mechanics.flow.dense import (
     FORCE_ROUNDING,
+    MOST_HALVINGS,
+    OFF,
+    PLACES,
     find_events,
+    is_followed,
     piece_row,
     stay_on_pieces,
     watch_step,
@@ -98,6 +102,12 @@ def advance(
     h = find_events(system, motion, work.w, work.e, work.signal, h)
     if h < 0.0:
         return 0.0, STEP_FAILED
+    for _ in range(MOST_HALVINGS):
+        if follows_laws(system, laws, motion, work, h, rtol):
+            break
+        h = find_events(system, motion, work.w, work.e, work.signal, 0.5 * h)
+        if h < 0.0:
+            return 0.0, STEP_FAILED
     if work.watch[0] != 0.0:
         margin = watch_step(system, motion, work.w, work.e, work.signal, h)
         work.margin[0] = min(work.margin[0], margin)
@@ -252,6 +262,26 @@ def expand(system: System, laws: Floats, motion: Motion, work: TaylorWork) -> No
         for block in range(2):
             loading = (1.0 + system.alpha) * w[block, k] - system.alpha * w[1 - block, k] + drive
             e[block, k + 1] = loading / (k + 1)
+
+
+@kernel
+def follows_laws(
+    system: System, laws: Floats, motion: Motion, work: TaylorWork, h: float, rtol: float
+) -> bool:
+    """Whether the series of both laws are those of the laws, as far as places on a step tell."""
+    for block in range(2):
+        mode = motion.mode[block]
+        if mode == 0:
+            continue
+        row = piece_row(laws, block, mode * motion.w[block])
+        most = OFF * rtol / (limit(system, block) * h)
+        for k in range(1, PLACES + 1):
+            t = h * k / PLACES
+            s = max(mode * value(work.w[block], t), 0.0)
+            told = value(work.rows[block, FORCE_ROW, :ORDER], t)
+            if not is_followed(force(laws[row], mode, s), told, most):
+                return False
+    return True
 
 
 @kernel(inline=True)

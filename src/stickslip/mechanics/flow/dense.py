@@ -26,6 +26,15 @@ from stickslip.numerics.targets import kernel
 
 # Of 1 + the speed of a knot: well above the rounding of a speed, well below what a law feels.
 OVERLAP = 1e-12
+# What a law does elsewhere its series need not know: a force that rises in a narrow range of speeds
+# alone is flat to rounding outside. So it is looked at on the step, in so many places, ...
+PLACES = 4
+# ... where series of the order taken are off by at most so many `rtol`, ...
+OFF = 1e2
+# ... or so much of the force, which rounding of the speed may be where the law is steep; ...
+UNHEEDED = 1e-12
+# ... and the step is halved, at most so often, as long as one is off by more.
+MOST_HALVINGS = 40
 
 
 @kernel(inline=True)
@@ -35,6 +44,12 @@ def piece_row(laws: Floats, block: int, s: float) -> int:
     while s > laws[row, PIECE_END_COLUMN]:
         row = int(laws[row, NEXT_PIECE_COLUMN])
     return row
+
+
+@kernel
+def is_followed(exact: float, told: float, most: float) -> bool:
+    """Whether a series tells a law's value; `most`: what it may be off by, rounding aside."""
+    return not abs(told - exact) > most + UNHEEDED * abs(exact)  # NaN is another's to tell
 
 
 @kernel

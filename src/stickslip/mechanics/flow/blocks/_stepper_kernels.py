@@ -33,7 +33,15 @@ from stickslip.mechanics.flow.blocks.transitions import (
     slides,
     update_needed,
 )
-from stickslip.mechanics.flow.dense import clearance, leaving_time, piece_row
+from stickslip.mechanics.flow.dense import (
+    MOST_HALVINGS,
+    OFF,
+    PLACES,
+    clearance,
+    is_followed,
+    leaving_time,
+    piece_row,
+)
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING, LOST
 from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, jet, value
 from stickslip.numerics.roots import EPSILON
@@ -94,6 +102,12 @@ def advance(
     h = find_events(system, motion, work, h)
     if h < 0.0 or h == math.inf:
         return 0.0, STEP_FAILED if h < 0.0 else AT_REST
+    for _ in range(MOST_HALVINGS):
+        if follows_laws(system, laws, motion, work, h, rtol):
+            break
+        h = find_events(system, motion, work, 0.5 * h)
+        if h < 0.0:
+            return 0.0, STEP_FAILED
     if work.watch[0] != 0.0:
         work.margin[0] = min(work.margin[0], watch_step(system, motion, work, h))
     if motion.tangent_z.shape[1] > 0:
@@ -425,6 +439,30 @@ def stay_on_pieces(laws: Floats, motion: BlockMotion, work: BlockWork, h: float)
                 slip_signal(motion, work, i)
                 h = leaving_time(laws, i, work.signal, h)
     return h
+
+
+@kernel
+def follows_laws(
+    system: BlockSystem,
+    laws: Floats,
+    motion: BlockMotion,
+    work: BlockWork,
+    h: float,
+    rtol: float,
+) -> bool:
+    """Whether the series of all laws are those of the laws, as far as places on a step tell."""
+    for a in range(work.n_active[0]):
+        i = work.active[a]
+        mode = motion.mode[i]
+        row = piece_row(laws, i, mode * motion.w[i])
+        most = OFF * rtol * system.mass[i] / (motion.limit[i] * h)
+        for k in range(1, PLACES + 1):
+            t = h * k / PLACES
+            s = max(mode * value(work.w[i], t), 0.0)
+            told = value(work.rows[i, FORCE_ROW, :ORDER], t)
+            if not is_followed(force(laws[row], mode, s), told, most):
+                return False
+    return True
 
 
 @kernel(inline=True)

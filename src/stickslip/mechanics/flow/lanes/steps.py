@@ -6,6 +6,7 @@ DAMP w' + DRAG w_other' (`layout`). Rows of a block: 0 its speed, then what its 
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from functools import cached_property, lru_cache, partial
 from types import ModuleType
 from typing import Any, Final
 
+from stickslip.mechanics.flow.dense import OFF, UNHEEDED
 from stickslip.mechanics.flow.lanes import layout as at
 from stickslip.mechanics.flow.lanes.layout import ORDER
 from stickslip.mechanics.friction.series import STATIC_COLUMN, LawSeries
@@ -115,6 +117,7 @@ class Steps:
 
         steps, time = load(x, at.STEPS) + 1.0, load(x, at.TIME)
         sound = sound & (power > SHORTEST) & (steps < at.MOST_STEPS)
+        sound = sound & self._follows_laws(c, load(x, at.LAST_TERM), h, rows, (p, q))
         store(x, at.STEPS, steps)
         store(taken, at.FLAG, flag + select(sound, 0.0, 8.0))
         store(taken, at.LENGTH, h)
@@ -162,6 +165,23 @@ class Steps:
                 rows[i][0, k + 1] = newest[i]
                 integral[i][k + 1] = rows[i][0, k] * (1.0 / (k + 1))
         return rows, integral
+
+    def _follows_laws(
+        self, c: Floats, last_term: Lanes, h: Lanes, rows: Sequence[Rows], numbers: Sequence[Floats]
+    ) -> Lanes:
+        """Whether the series of the laws are the laws, as far as places on the step tell."""
+        law = self._law(self.series.force.start)
+        follows: Any = h > 0.0
+        for i, share in itertools.product(range(len(rows)), (0.5, 1.0)):
+            t = h * share
+            speed = falling(t, speeds(rows[i]), 0)
+            there: Rows = {(0, 0): select(speed > 0.0, speed, 0.0)}
+            law(there, numbers[i], 0)
+            told = polynomial(t, *(rows[i][1, k] for k in range(ORDER - 1, -1, -1)))
+            off = (abs(told - there[1, 0]) - UNHEEDED * abs(there[1, 0])) * (c[at.LIMIT + i] * h)
+            # Beyond a landing the series goes on, which is looked at where it is.
+            follows = follows & ((off <= OFF * length(last_term)) | (speed < 0.0))
+        return follows
 
     def _rider(
         self, c: Floats, sign: Lanes, rows: Rows, h: Lanes, tail: Lanes, clear: Lanes,
