@@ -415,8 +415,7 @@ class _Search:
             return np.searchsorted(breaks, hi + near) > np.searchsorted(breaks, lo - near, "right")
 
         left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
-        steps = nodes.same_as_next() & left.ok & _is_step(left, right)
-        steps &= np.abs(right.value - left.value) > STEP * self.mesh.value_scale
+        steps = nodes.same_as_next() & is_step(left, right, self.mesh.value_scale)
         steps &= (right.x - left.x <= 1.5 * self.mesh.resolution) & close(left.x, right.x)
         clusters: list[tuple[float, float]] = []
         doubtful = np.array(sorted(self.mesh.doubtful)).reshape(-1, 2)
@@ -486,13 +485,16 @@ def _opened(left: Nodes, right: Nodes, wide: Bools) -> tuple[Nodes, Nodes]:
     return left.take(order), right.take(order)
 
 
-def _is_step(left: Nodes, right: Nodes) -> Bools:
+def is_step(left: Nodes, right: Nodes, scale: float) -> Bools:
     """Tell between which points the value steps: the slopes there do not enclose the mean one."""
+    # Smaller steps, of the scale of values, are rounding.
     with np.errstate(all="ignore"):
         mean = (right.value - left.value) / (right.x - left.x)
         low, high = np.minimum(left.slope, right.slope), np.maximum(left.slope, right.slope)
         off = np.maximum(low - mean, mean - high)
-        return np.asarray(off > np.abs(left.slope) + np.abs(right.slope))
+        real = np.abs(right.value - left.value) > STEP * scale
+        real &= off > np.abs(left.slope) + np.abs(right.slope)
+        return np.asarray(left.ok & right.ok & real)
 
 
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:

@@ -229,6 +229,22 @@ def test_lists_where_pairs_of_events_may_hide_are_no_more_than_four_times_the_gr
     assert (told.lo, told.hi) == pytest.approx((-0.28, 0.16), abs=0.05)
 
 
+def test_an_image_that_passes_to_another_branch_of_one_label_asks_for_no_list():
+    # The image mu of the jump at -1 passes the branch on (0, 0.001); the next one jumps over -1.
+    def func(x, mu):
+        right = np.where(x < 0.001, 0.2, 0.5 + 0.1 * x)
+        return np.where(x < -1, 0.1 * x, np.where(x < 0, mu - 3 * (x + 1), right))
+
+    def label(x, mu):
+        return np.where(x < -1, 0, np.where((x < 0) | (x >= 0.001), 1, 2))
+
+    f = ss.PiecewiseMap(func, (-4, 4), parameters={"mu": 0.1}, label=label)
+    survey = surveyed(f, "mu", -0.25, 0.27, max_period=2, n=6)
+    assert not survey.events
+    assert not survey.unresolved
+    assert survey.n_nodes == 6
+
+
 def test_orbits_pass_a_corner_that_no_label_shows():
     f = ss.PiecewiseMap(
         lambda x, mu: np.where(x < 0, 0.5 * x, 0.8 * x) + mu, (-2, 2), parameters={"mu": 0.1}

@@ -15,6 +15,7 @@ from tests.sizes import sizes
 
 from stickslip import Coulomb, TwoBlock, examples
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
+from stickslip.analysis.branches.along import tracked
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
     TrackedDiscontinuity,
@@ -101,7 +102,7 @@ def test_jump_that_becomes_a_corner_and_a_smooth_change():
     assert border.at(f.replace(jump=0.0, b=0.5)).kind == "smooth"
 
 
-def test_break_without_a_label_is_found_by_a_table():
+def test_jump_without_a_label_that_has_moved_far():
     f = PiecewiseMap(
         lambda x, c: np.where(x < c, x * x, 0.5 - 0.5 * x), (0, 1), parameters={"c": 0.3}
     )
@@ -120,6 +121,20 @@ def sliver_map(width=0.0, c=0.4):
         parameters={"c": c, "width": width},
         label=lambda x, c, width: np.where(x < c, 1, np.where(x < c + width, 2, 3)),
     )
+
+
+@pytest.mark.parametrize("step", [1e-3, 0.3])
+@pytest.mark.parametrize("c", [0.0, 0.4 + 1e-9, 0.4 - 2e-4])
+def test_jump_without_a_label_needs_no_table(monkeypatch, c, step):
+    f = PiecewiseMap(
+        lambda x, c: np.sin(x) + np.where(x < c, 0.0, step), (-1, 1), parameters={"c": 0.4}
+    )
+    border = TrackedDiscontinuity(0, 0, f.parameters["c"] if c else 1e-4, "jump")
+    (expected,) = breakpoints(f.replace(c=c))
+    monkeypatch.setattr(tracked, "branch_table", None)
+    reading = border.at(f.replace(c=c))
+    assert_agrees(reading, expected)
+    assert (reading.critical.x, reading.labels) == (reading.x, (0, 0))
 
 
 @pytest.mark.parametrize("width", [0.0, 1e-15, 1e-12, 1e-10])

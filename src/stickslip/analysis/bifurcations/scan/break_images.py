@@ -6,8 +6,9 @@ parameter: it vanishes wherever its signs differ. Where the branches change, the
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
@@ -28,19 +29,21 @@ from stickslip.analysis.maps.protocol import sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Set
 
     from numpy.typing import NDArray
 
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats, MapFamily
 
 ZERO: Final = 1e-13  # of the domain: an image so close to its break has no sign
 
 # Class of the branch that ends there, which of its ends on that side, side of the break.
 Name: TypeAlias = tuple[int, int, int]
+Starts: TypeAlias = "dict[int, list[float]]"  # where branches begin, ascending, by their class
 
 
 @dataclass(frozen=True)
@@ -49,16 +52,15 @@ class BreakImages:
 
     border: TrackedDiscontinuity | DomainEnd
     side: int  # from which side the first image is taken
-    word: tuple[int, ...]  # branches of the images
+    word: tuple[int, ...]  # classes of the branches of the images
     off: tuple[float, ...]  # of each image, and of the next one, from the break
 
 
 def images_of_breaks(
-    table: BranchTable, max_period: int, classes: SymbolClasses, *, telling: bool
+    table: BranchTable, max_period: int, classes: SymbolClasses
 ) -> dict[Name, BreakImages]:
     """Follow both sides of all breaks of a map, and the ends of its domain."""
     breaks = [item for item in table.breakpoints if item.kind != "smooth"]
-    places = np.array([item.d for item in breaks])
     sides = dict(_sides(table, breaks, classes))
     x = np.array([value for _, _, value in sides.values()])
     start = np.array([border.x for border, _, _ in sides.values()])
@@ -66,15 +68,24 @@ def images_of_breaks(
     for _ in range(max_period):
         off.append(x - start)
         got = sample(table.f, x)
-        words.append(
-            (classes.of(got.label) if telling else np.searchsorted(places, x, "right")).tolist()
-        )
+        words.append(classes.of(got.label).tolist())
         x = np.where(got.status == OK, got.value, np.nan)
     found = {}
     for j, (name, (border, side, _)) in enumerate(sides.items()):
         gaps = tuple(float(gap[j]) for gap in off if np.isfinite(gap[j]))
         word = tuple(word[j] for word in words[: max(len(gaps) - 1, 0)])
         found[name] = BreakImages(border, side, word, gaps)
+    return found
+
+
+def starts_of_branches(table: BranchTable, classes: SymbolClasses) -> Starts:
+    """Gather where branches begin, but the first, by their classes."""
+    breaks = [item for item in table.breakpoints if item.kind != "smooth"]
+    breaks = [item for item in breaks if np.isfinite(item.right)]
+    labels = np.array([item.right_label for item in breaks], dtype=np.uint64)
+    found: Starts = {}
+    for own, item in zip(classes.of(labels).tolist(), breaks, strict=True):
+        found.setdefault(own, []).append(item.d)
     return found
 
 
@@ -141,13 +152,12 @@ def hidden_collisions(
     narrowest: float,
 ) -> Iterator[Suspect]:
     """Suspect collisions where the signs of f^k(c) - c at two nodes differ, for all breaks c."""
-    telling = left.telling and right.telling
-    before, after = (
-        images_of_breaks(node.table, max_period, classes, telling=telling) for node in (left, right)
-    )
+    before, after = (images_of_breaks(node.table, max_period, classes) for node in (left, right))
     after = _renamed(after, before)
     busy = _busy(left.table, before, max_period) | _busy(right.table, after, max_period)
-    search = _Search(family, max_period, classes, telling, narrowest, busy, before, after)
+    starts = {node.q: starts_of_branches(node.table, classes) for node in (left, right)}
+    ends, known = (left.q, right.q), (before, after)
+    search = _Search(family, max_period, classes, narrowest, busy, ends, known, starts)
     for name in sorted(set(before) | set(after)):
         yield from search.between(name, (left.q, before.get(name)), (right.q, after.get(name)))
 
@@ -171,81 +181,145 @@ class _Search:
     family: Family
     max_period: int
     classes: SymbolClasses
-    telling: bool  # labels tell branches apart at both ends
     narrowest: float
     busy: set[Name]  # all others are compared at the ends alone
-    known: dict[Name, BreakImages]  # at the first value: their names hold
-    known_there: dict[Name, BreakImages]  # at the last one
-    seen: dict[float, dict[Name, BreakImages]] = field(default_factory=dict)  # at others
+    ends: tuple[float, float]  # of the parameter
+    known: tuple[dict[Name, BreakImages], dict[Name, BreakImages]]  # there; names hold at the first
+    starts: dict[float, Starts]  # there, and at other values as far as they were asked for
+    tables: dict[float, dict[Name, BreakImages]] = field(default_factory=dict)  # at other values
 
     def between(self, name: Name, low: _Seen, high: _Seen) -> Iterator[Suspect]:
         (p, a), (q, b) = low, high
         if a is None and b is None:
             return
         if a is not None and b is not None:
-            found = list(self._sign_changes(a, b, (p, q)))
+            found, alike = self._sign_changes(low, high, self._unlabelled)
+            if found:  # an image may have passed to another branch of its class
+                found, alike = self._sign_changes(low, high, set(a.word + b.word))
             yield from found
-            if found or (a.word == b.word and len(a.off) == len(b.off)):
+            if found or alike:
                 return
         if q - p <= self.narrowest or name not in self.busy:
             return
-        middle = 0.5 * (p + q), self._at(name, 0.5 * (p + q), a or b)
+        middle = 0.5 * (p + q), self._at(name, 0.5 * (p + q), low, high)
         yield from self.between(name, low, middle)
         yield from self.between(name, middle, high)
 
     def _sign_changes(
-        self, a: BreakImages, b: BreakImages, bracket: tuple[float, float]
-    ) -> Iterator[Suspect]:
-        """Compare two values as far as the images visit the same branches."""
+        self, low: _Seen, high: _Seen, numbered: Set[int]
+    ) -> tuple[list[Suspect], bool]:
+        """Compare two values as far as the images visit the same branches; tell if they all do."""
+        (p, a), (q, b) = low, high
+        assert a is not None
+        assert b is not None
+        one, other = self._word(a, p, numbered), self._word(b, q, numbered)
         same = 0
-        while same < min(len(a.word), len(b.word)) and a.word[same] == b.word[same]:
+        while same < min(len(one), len(other)) and one[same] == other[same]:
             same += 1
         lo, hi = self.family.f.domain
-        zero = ZERO * (hi - lo)
+        zero, found = ZERO * (hi - lo), list[Suspect]()
         for k in range(min(same + 1, len(a.off), len(b.off))):
             if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
                 nearest = min(a, b, key=lambda one: abs(one.off[k]))
-                yield Suspect(Collision(k + 1, nearest.border, nearest.side), bracket=bracket)
+                collision = Collision(k + 1, nearest.border, nearest.side)
+                found.append(Suspect(collision, bracket=(p, q)))
+        return found, one == other and len(a.off) == len(b.off)
 
-    def _at(self, name: Name, q: float, near: BreakImages | None) -> BreakImages | None:
-        """Follow one side of a break at another value; None where the break is not."""
-        assert near is not None
-        f, border = self.family.at(q), near.border
+    def _word(self, image: BreakImages, q: float, numbered: Set[int]) -> list[tuple[int, int]]:
+        """Return the classes of the branches, and of some of these which one of its class it is."""
+        x = (image.border.x + off for off in image.off)
+        return [
+            (own, bisect(self._starts(q, own), place) if own in numbered else 0)
+            for own, place in zip(image.word, x, strict=False)
+        ]
+
+    @cached_property
+    def _unlabelled(self) -> Set[int]:
+        """Classes of branches that meet at a break: no label tells its sides apart."""
+        found = set[int]()
+        for border in self._borders:
+            if border.left_label is not None and border.right_label is not None:
+                pair = np.array([border.left_label, border.right_label], dtype=np.uint64)
+                one, other = self.classes.of(pair).tolist()
+                found |= {one} if one == other else set()
+        return found
+
+    def _at(self, name: Name, q: float, low: _Seen, high: _Seen) -> BreakImages | None:
+        """Follow one side of a break at a value between two others; None where it is not."""
+        f = self.family.at(q)
+        if not self._local:
+            return self._by_table(q, f).get(name)
+        if (reading := self._reading(name, q, low, high)) is None:
+            return None
+        path = path_from(f, reading, name[2], self.max_period)
+        off = tuple((np.array(path.points[1:]) - reading.x).tolist())
+        labels = np.array(path.labels[: max(len(off) - 1, 0)], dtype=np.uint64)
+        border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
+        return BreakImages(border, name[2], tuple(self.classes.of(labels).tolist()), off)
+
+    def _by_table(self, q: float, f: MapFamily) -> dict[Name, BreakImages]:
+        if q not in self.tables:
+            table = branch_table(f)
+            found = images_of_breaks(table, self.max_period, self.classes)
+            self.tables[q] = _renamed(found, self.known[0])
+            self.starts[q] = starts_of_branches(table, self.classes)
+        return self.tables[q]
+
+    @cached_property
+    def _borders(self) -> list[TrackedDiscontinuity]:
+        """All breaks at both ends, once for each side."""
+        borders = (one.border for known in self.known for one in known.values())
+        return [border for border in borders if isinstance(border, TrackedDiscontinuity)]
+
+    @cached_property
+    def _local(self) -> bool:
+        """Whether breaks are found sooner one by one than by a table: by labels, or as jumps."""
+        return all(border.labelled or border.kind == "jump" for border in self._borders)
+
+    def _starts(self, q: float, own: int) -> list[float]:
+        """Find where the branches of a class begin."""
+        starts = self.starts.setdefault(q, {})
+        if not (own in starts or q in self.ends or q in self.tables):
+            found = set()
+            for name in self.known[0].keys() | self.known[1].keys():
+                if name[0] == own and name[2] > 0:
+                    low, high = zip(self.ends, (one.get(name) for one in self.known), strict=True)
+                    reading = self._reading(name, q, low, high)
+                    found |= set() if reading is None else {reading.x}
+            starts[own] = sorted(found)
+        return starts.get(own, [])
+
+    def _reading(self, name: Name, q: float, low: _Seen, high: _Seen) -> CriticalReading | None:
+        """Find a break at a value between two others; None where it is not."""
+        places = [(p, one.border) for p, one in (low, high) if one is not None]
+        border = places[0][1]
         if isinstance(border, TrackedDiscontinuity):
-            if not self.telling:
-                if q not in self.seen:
-                    found = images_of_breaks(
-                        branch_table(f), self.max_period, self.classes, telling=False
-                    )
-                    self.seen[q] = _renamed(found, self.known)
-                return self.seen[q].get(name)
+            values, x = zip(*((p, there.x) for p, there in places), strict=True)
+            border = replace(border, x=float(np.interp(q, values, x)))
         try:
             # What takes the place of a break that is gone may end another branch.
-            reading = border.at(f, successors=False)
+            reading = border.at(self.family.at(q), successors=False)
         except ConditionLost:
             return None
-        if self._is_another(name, border, reading.x):
-            return None
-        border = cast("TrackedDiscontinuity | DomainEnd", reading.critical)
-        path = path_from(f, reading, near.side, self.max_period)
-        gaps = np.array(path.points[1:]) - reading.x
-        labels = np.array(path.labels[: max(len(gaps) - 1, 0)], dtype=np.uint64)
-        word = tuple(self.classes.of(labels).tolist())
-        return BreakImages(border, near.side, word, tuple(gaps.tolist()))
+        return None if self._is_another(name, border, reading) else reading
 
     @cached_property
     def _places(self) -> dict[tuple[int | None, int | None], set[float]]:
         """Where the breaks between two branches are at both ends of the parameter."""
         found: dict[tuple[int | None, int | None], set[float]] = {}
-        for image in (*self.known.values(), *self.known_there.values()):
-            if isinstance(border := image.border, TrackedDiscontinuity):
-                found.setdefault((border.left_label, border.right_label), set()).add(border.x)
+        for border in self._borders:
+            found.setdefault((border.left_label, border.right_label), set()).add(border.x)
         return found
 
-    def _is_another(self, name: Name, border: TrackedDiscontinuity | DomainEnd, x: float) -> bool:
-        """Tell whether a place is rather that of another break between the same branches."""
+    def _is_another(
+        self, name: Name, border: TrackedDiscontinuity | DomainEnd, reading: CriticalReading
+    ) -> bool:
+        """Tell whether a break is rather another one, between the same branches or others."""
         if isinstance(border, DomainEnd):
             return False
-        own = {found[name].border.x for found in (self.known, self.known_there) if name in found}
+        own_label = np.array([reading.label(name[2])], dtype=np.uint64)
+        if self.classes.of(own_label)[0] != name[0]:
+            return True
+        own = {known[name].border.x for known in self.known if name in known}
         others = self._places.get((border.left_label, border.right_label), set()) - own
-        return any(abs(x - other) < abs(x - border.x) for other in others)
+        return any(abs(reading.x - x) < abs(reading.x - border.x) for x in others)

@@ -38,11 +38,9 @@ class NearZero:
     condition: Fold | Collision  # that it is zero
 
 
-def near_zeros(
-    node: Node, max_period: int, classes: SymbolClasses, *, telling: bool
-) -> list[NearZero]:
+def near_zeros(node: Node, max_period: int, classes: SymbolClasses) -> list[NearZero]:
     """Evaluate all functions that can be evaluated at a node."""
-    images = images_of_breaks(node.table, max_period, classes, telling=telling)
+    images = images_of_breaks(node.table, max_period, classes)
     borders = [
         NearZero(
             (name, one.word[:k]), one.border.x, one.off[k], Collision(k + 1, one.border, one.side)

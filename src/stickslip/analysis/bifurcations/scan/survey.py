@@ -142,10 +142,9 @@ class Survey(Range):
         seen: dict[float, list[NearZero]] = {}
         left_out, most = list[float](), 4 * len(nodes)  # lists that a round adds
         for _ in range(SECOND_LOOKS):
-            telling = all(node.telling for node in nodes)
             for node in [*nodes[:2], *nodes[-2:]] if self.crowded else nodes:
                 if node.q not in seen:
-                    seen[node.q] = near_zeros(node, self.max_period, self._classes, telling=telling)
+                    seen[node.q] = near_zeros(node, self.max_period, self._classes)
             values = [node.q for node in nodes]
             if self.crowded:
                 break

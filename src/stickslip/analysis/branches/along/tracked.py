@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import permutations
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.branches.along.change_search import (
+    FINEST,
     Branch,
     Probe,
     Seen,
@@ -21,6 +22,7 @@ from stickslip.analysis.branches.along.change_search import (
     find_change,
 )
 from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
+from stickslip.analysis.branches.discontinuities import is_step
 from stickslip.analysis.branches.mesh import RESOLUTION, Nodes
 from stickslip.analysis.branches.table import branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
@@ -45,6 +47,7 @@ EPS: Final = float(np.finfo(np.float64).eps)
 TURN: Final = 1e-7  # of the domain: half width of the first bracket of a turning point
 WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
 CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
+AWAY: Final = np.geomspace(1e-7, 1.0, 48)  # of that half width: where a jump is looked for
 FAN: Final = 33  # points between which the end of a piece is looked for
 FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may have moved
 
@@ -134,7 +137,8 @@ class TrackedDiscontinuity:
         # If its branches no longer meet, a break that shares one may take its place.
         whole: Map1D = getattr(f, "whole", f)
         # Several conditions on one break are read off the same map.
-        reading = _by_labels(whole, self, self.reach) if self.labelled else None
+        find = _by_labels if self.labelled else _by_step
+        reading = find(whole, self, self.reach)
         if reading is None:
             if self.labelled and not successors:
                 raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
@@ -227,6 +231,33 @@ def _by_labels(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalRe
     probe = Probe(f)
     found = find_change(probe, left, right, border.x, REACH * reach)
     return None if found is None else _described(probe, *found, left, right, border.x)
+
+
+@remembered
+def _by_step(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalReading | None:
+    """Find the nearest jump, whatever the labels beside it; None where values show none nearby."""
+    # As the table of a window does, but for jumps alone and in few calls: 3 ms instead of 50 ms.
+    if border.kind != "jump":
+        return None
+    probe, (lo, hi) = Probe(f), f.domain
+    away = max(WINDOW * (hi - lo), WIDER * reach) * AWAY
+    finest = FINEST * float(np.spacing(max(abs(lo), abs(hi))))
+    probe.look([*(border.x - away).tolist(), border.x, *(border.x + away).tolist()])
+    ends = lo, hi
+    while True:
+        seen = [s for s in probe.seen if ends[0] <= s.x <= ends[1]]
+        nodes = _nodes(*seen)
+        steps = is_step(nodes.take(slice(None, -1)), nodes.take(slice(1, None)), hi - lo)
+        pairs = [(seen[k], seen[k + 1]) for k in np.flatnonzero(steps)]
+        if not pairs:
+            return None
+        last, first = min(pairs, key=lambda pair: max(pair[0].x - border.x, border.x - pair[1].x))
+        if np.nextafter(last.x, first.x) >= first.x or first.x - last.x <= finest:
+            break
+        ends = last.x, first.x
+        probe.look([*np.linspace(*ends, FAN).tolist(), *[0.0][: ends[0] < 0 < ends[1]]])
+    found = _described(probe, last, first, last.branch, first.branch, border.x)
+    return found if found.critical == replace(border, x=found.x) else None
 
 
 def _described(
