@@ -137,6 +137,17 @@ def test_jump_without_a_label_needs_no_table(monkeypatch, c, step):
     assert (reading.critical.x, reading.labels) == (reading.x, (0, 0))
 
 
+def test_small_jump_without_a_label_is_found_among_steep_branches():
+    # Its step is less than the values rise beside it; that of a jump close by is more.
+    f = PiecewiseMap(
+        lambda x, c: np.where(x < 0.4, -2.5, np.where(x < c, 0.1 - 2e7 * (x - 0.4), -1.8)),
+        (-3, 3),
+        parameters={"c": 0.4 + 1e-7},
+    )
+    border = TrackedDiscontinuity(0, 0, 0.4 + 8e-8, "jump")
+    assert border.at(f).x == pytest.approx(0.4 + 1e-7, abs=ROUNDING)
+
+
 @pytest.mark.parametrize("width", [0.0, 1e-15, 1e-12, 1e-10])
 def test_third_label_narrower_than_the_resolution_is_none(width):
     (border,) = borders_of(sliver_map())

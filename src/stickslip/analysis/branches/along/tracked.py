@@ -48,6 +48,7 @@ TURN: Final = 1e-7  # of the domain: half width of the first bracket of a turnin
 WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
 CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
 AWAY: Final = np.geomspace(1e-7, 1.0, 48)  # of that half width: where a jump is looked for
+HIDDEN: Final = 1e-3  # of a jump: values so far off what slopes foretell may hide a nearer one
 FAN: Final = 33  # points between which the end of a piece is looked for
 FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may have moved
 
@@ -247,11 +248,18 @@ def _by_step(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalRead
     while True:
         seen = [s for s in probe.seen if ends[0] <= s.x <= ends[1]]
         nodes = _nodes(*seen)
-        steps = is_step(nodes.take(slice(None, -1)), nodes.take(slice(1, None)), hi - lo)
-        pairs = [(seen[k], seen[k + 1]) for k in np.flatnonzero(steps)]
-        if not pairs:
+        left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
+        (steps,) = is_step(left, right, hi - lo).nonzero()
+        if not steps.size:
             return None
-        last, first = min(pairs, key=lambda pair: max(pair[0].x - border.x, border.x - pair[1].x))
+        distance = np.maximum(left.x - border.x, border.x - right.x)
+        k = int(steps[distance[steps].argmin()])
+        rise, mean = right.value - left.value, 0.5 * (left.slope + right.slope)
+        off = np.abs(rise - mean * (right.x - left.x))
+        # What is nearer must be smooth: among steep branches another jump hides.
+        if not (off[distance < distance[k]] <= HIDDEN * abs(rise[k])).all():
+            return None
+        last, first = seen[k], seen[k + 1]
         if np.nextafter(last.x, first.x) >= first.x or first.x - last.x <= finest:
             break
         ends = last.x, first.x
