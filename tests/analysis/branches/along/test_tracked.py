@@ -196,6 +196,23 @@ def test_turning_point():
         TurningPoint(0.3).at(PiecewiseMap(lambda x: 0.5 * x, (0, 1)))
 
 
+def test_conditions_on_one_turning_point_search_for_it_once():
+    asked = []
+
+    def parabola(x):
+        asked.append(x)
+        return 0.9 - (x - 0.45) ** 2
+
+    f = PiecewiseMap(parabola, (0, 1))
+    reading = TurningPoint(0.3).at(f)
+    n = len(asked)
+    assert TurningPoint(0.3).at(WindowMap(f, (0.1, 0.9))) == reading
+    assert len(asked) == n
+    far = TurningPoint(0.3, reach=0.2).at(f)  # how far is looked does not count as the same point
+    assert far.x == pytest.approx(reading.x, rel=1e-12)
+    assert len(asked) > n
+
+
 def test_corner_is_no_turning_point():
     f = border_collision(a=0.5, b=-2.0, mu=1.0)
     with pytest.raises(ConditionLost, match="jumps over 0"):

@@ -162,20 +162,12 @@ class TurningPoint:
 
     def at(self, f: Map1D) -> CriticalReading:
         """Find the turning point in a map with other parameter values, or raise `ConditionLost`."""
-        whole: Map1D = getattr(f, "whole", f)
-        scale = domain_width(whole)
-        ends, slopes = _slope_bracket(whole, self.x, max(REACH * self.reach, TURN * scale))
-        (x,) = slope_zeros(lambda t: values_and_slopes(whole, t)[1], ends, slopes).tolist()
-        around = sample(whole, np.clip(x + EPS * scale * np.array([-1.0, 0.0, 1.0]), *ends))
-        if not np.max(np.abs(around.derivative)) <= CONTINUOUS * np.abs(slopes).sum():
-            raise ConditionLost(f"no turning point near {self.x:.12g}: the slope jumps over 0")
+        # Many conditions are on one of them, too.
+        reading = _turned(getattr(f, "whole", f), self.x, self.reach)
         lo, hi = f.domain
-        if not lo <= x <= hi:
-            raise ConditionLost(f"the turning point at {x:.12g} has left the window")
-        value = float(around.value[1])
-        moved = TurningPoint(x, abs(x - self.x))
-        interval = (float(np.nextafter(x, -math.inf)), float(np.nextafter(x, math.inf)))
-        return CriticalReading(x, value, value, 0.0, 0.0, "turning point", interval, moved)
+        if not lo <= reading.x <= hi:
+            raise ConditionLost(f"the turning point at {reading.x:.12g} has left the window")
+        return reading
 
 
 @part
@@ -354,6 +346,21 @@ def _may_replace(other: TrackedDiscontinuity, border: TrackedDiscontinuity) -> b
 
 
 # ---------------------------------------------------------------- turning points
+
+
+@remembered
+def _turned(f: Map1D, near: float, reach: float) -> CriticalReading:
+    """Find the turning point near a point of the whole domain, or raise `ConditionLost`."""
+    scale = domain_width(f)
+    ends, slopes = _slope_bracket(f, near, max(REACH * reach, TURN * scale))
+    (x,) = slope_zeros(lambda t: values_and_slopes(f, t)[1], ends, slopes).tolist()
+    around = sample(f, np.clip(x + EPS * scale * np.array([-1.0, 0.0, 1.0]), *ends))
+    if not np.max(np.abs(around.derivative)) <= CONTINUOUS * np.abs(slopes).sum():
+        raise ConditionLost(f"no turning point near {near:.12g}: the slope jumps over 0")
+    value = float(around.value[1])
+    moved = TurningPoint(x, abs(x - near))
+    interval = (float(np.nextafter(x, -math.inf)), float(np.nextafter(x, math.inf)))
+    return CriticalReading(x, value, value, 0.0, 0.0, "turning point", interval, moved)
 
 
 def _slope_bracket(f: Map1D, x: float, reach: float) -> tuple[Floats, Floats]:
