@@ -86,6 +86,45 @@ def test_word_of_progress_redraws_nothing(explorer):
     assert not redrawn
 
 
+@pytest.mark.parametrize(
+    ("change", "marked"),
+    [
+        ("setParameter('V', explorer.parameter + 1e-4)", {"diagram"}),
+        ("startAt(explorer.state.d + 1e-3)", {"map", "power", "basins", "diagram"}),
+    ],
+)
+def test_until_answers_come_only_what_marks_a_new_value_is_drawn(explorer, change, marked):
+    explorer.open()
+    explorer.settle("basins", "power")
+    drawn = explorer.page.evaluate(
+        f"""async () => {{
+            explorer.askAll = () => {{}};
+            explorer.{change};
+            delete explorer.askAll;
+            const due = ({{ plots }}) => plots.some(({{ pending }}) => pending);
+            return explorer.views.filter(due).map(({{ id }}) => id);
+        }}"""
+    )
+    assert set(drawn) == marked
+
+
+def test_of_the_map_its_power_draws_the_orbits_alone(explorer):
+    explorer.open()
+    explorer.settle("power")
+    drawn = explorer.page.evaluate(
+        """async () => {
+            const { plot } = explorer.views.find(({ id }) => id === "power");
+            const { question } = explorer.answers.get("map");
+            const drawn = (data) => {
+                explorer.receive("map", question, { part: 0, last: false, arrays: {}, data });
+                return plot.dirty;
+            };
+            return [drawn({ part_name: "samples" }), drawn({ part_name: "orbits", orbits: [] })];
+        }"""
+    )
+    assert drawn == [False, True]
+
+
 def test_older_values_are_dimmed_with_the_reason(lonely):
     lonely.wait_for_function(SHOWN)
     slider = lonely.locator("[data-slider='V']")

@@ -280,13 +280,13 @@ export class App {
     if (slot === "returns" && same(question, this.question(slot))) this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     if (part.data.part_name === "progress") this.judge();
-    else this.#tell(slot);
+    else this.#tell(slot, part);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
   }
 
-  /** @param {string} slot */
-  #tell(slot) {
-    for (const view of this.views) if (view.slots.includes(slot)) view.refresh();
+  /** @param {string} slot @param {Part} [part]  of its answer, if only this is new */
+  #tell(slot, part) {
+    for (const view of this.views) if (view.shows(slot, part)) view.refresh();
     this.arrange();
     this.judge();
   }

@@ -46,6 +46,7 @@ export class Plot {
     host.append(this.base, this.over, this.box, this.tip);
     /** What is asked for. @type {Box} */ this.view = [0, 1, 0, 1];
     /** What is shown: with equal scales more. @type {Box} */ this.shown = this.view;
+    /** @type {number[]} */ this.marked = [];
     this.paint = () => {};
     this.paintOver = () => {};
     /** Beside the frame. */
@@ -91,12 +92,17 @@ export class Plot {
     this.onresize();
   }
 
-  /** @param {Box} view */
-  setView(view) {
+  /**
+   * Drawn anew is what has changed: a frame with little to draw is there sooner.
+   * @param {Box} view
+   * @param {...number} marked  what is marked above, but for what moves with the motion
+   */
+  setView(view, ...marked) {
     const same = view.every((end, k) => end === this.view[k]);
-    this.view = view;
-    if (same) this.redrawOver();
-    else this.redraw();
+    const still = same && String(marked) === String(this.marked);
+    [this.view, this.marked] = [view, marked];
+    if (!same) this.redraw();
+    else if (!still) this.redrawOver();
   }
 
   redraw() {

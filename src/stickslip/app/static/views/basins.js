@@ -59,7 +59,7 @@ export class BasinsView extends View {
     const whole = edges ? [edges[0], edges[edges.length - 1]] : [-1, 1];
     const [low, high] = this.app.state.windows.map ?? this.app.domain() ?? whole;
     this.plot.options.xlabel = coordinateOf(this.app.state);
-    this.plot.setView([low, high, 0, 1]);
+    this.plot.setView([low, high, 0, 1], this.app.state.d);
   }
 
   /** @override */

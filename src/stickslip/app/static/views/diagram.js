@@ -51,11 +51,11 @@ export class DiagramView extends View {
   }
 
   update() {
-    const { diagram } = this.app.state;
+    const { parameter, state: { diagram, d } } = this.app;
     this.plot.options.xlabel = this.app.symbol(diagram.parameter);
     this.plot.options.ylabel = coordinateOf(this.app.state);
     const vertical = diagram.view ?? diagram.window ?? this.extent();
-    this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]));
+    this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]), parameter, d);
   }
 
   /** @override */

@@ -46,6 +46,11 @@ export class MapView extends View {
       main && Math.abs(px - plot.x(app.state.d)) < 5 ? (x) => app.startAt(x) : null;
   }
 
+  /** Of the map its power shows the orbits alone. @override @param {string} slot @param {Part} [part] */
+  shows(slot, part) {
+    return super.shows(slot) && (slot === this.slots[0] || this.main || !part || "orbits" in part.data);
+  }
+
   /** The part with the values, the part with the orbits. */
   get values() {
     return this.answer(this.slot)?.parts.findLast((part) => part.arrays.x);
@@ -75,7 +80,7 @@ export class MapView extends View {
     }
     const values = this.values;
     const home = values ? [...values.data.domain, ...values.data.domain] : [-1, 1, -1, 1];
-    this.plot.setView(/** @type {Box} */ (state.windows[this.slot] ?? home));
+    this.plot.setView(/** @type {Box} */ (state.windows[this.slot] ?? home), state.d);
   }
 
   sentence() {

@@ -41,9 +41,9 @@ export class MechanismView extends View {
     if (arrays && arrays !== this.of) {
       this.of = arrays;
       this.scene = sceneOf(this.app.clock.model, this.app.clock.motion?.parts[0]?.data, arrays);
+      this.plot.redrawOver();
     }
     this.timeline.update();
-    this.plot.redrawOver();
   }
 
   /** @override */

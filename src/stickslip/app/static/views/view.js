@@ -4,7 +4,7 @@
  * @import {App} from "../app.js"
  * @import {Answer} from "../answers.js"
  * @import {Options} from "../plot.js"
- * @import {State} from "../types.js"
+ * @import {Part, State} from "../types.js"
  */
 import { element } from "../dom.js";
 import { Panel } from "../panel.js";
@@ -62,6 +62,14 @@ export class View {
   /** @param {string} slot @returns {Answer | undefined} */
   answer(slot) {
     return this.app.answers.get(slot);
+  }
+
+  /**
+   * Whether something of an answer, or of a part of it, is seen here.
+   * @param {string} slot @param {Part} [_part]
+   */
+  shows(slot, _part) {
+    return this.slots.includes(slot);
   }
 
   /** @param {string} slot */
