@@ -50,6 +50,15 @@ CHAIN: Final = {
     "friction": {"law": "coulomb", "mu": 0.22},
 }
 
+BLOCKS: Final = {
+    "kind": "blocks",
+    "mass": [1.0, 2.0],
+    "stiffness": [[2.2, -1.2], [-1.2, 2.2]],
+    "static": [1.0, 1.3],
+    "V": 0.0366,
+    "friction": {"law": "coulomb", "mu": 0.22},
+}
+
 DAMPER: Final = {
     "kind": "oscillator",
     "V": 0.0,
@@ -187,6 +196,7 @@ def _models() -> list[dict[str, Any]]:
             ("static", "alpha", "V", "support", "mass", "damping"),
             (2, requests.MOST_BLOCKS),
         ),
+        _model("Blocks with full matrices", BLOCKS, TWO_BLOCKS, (), (1, requests.MOST_BLOCKS)),
         _structure("Structure", "brake"),
         _structure("State space", "hunting-axis"),
     ]

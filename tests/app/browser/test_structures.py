@@ -208,3 +208,60 @@ def test_all_other_numbers_are_opened_by_the_keyboard(explorer):
     explorer.page.keyboard.press("Space")
     assert explorer.page.locator("details").get_attribute("open") is not None
     assert explorer.page.evaluate("() => explorer.clock.playing") is False
+
+
+def test_blocks_of_a_file_have_all_their_numbers(explorer, tmp_path):
+    path = tmp_path / "own.toml"
+    model = ss.Blocks(
+        mass=[1.0, 2.7],
+        stiffness=[[2.3, -1.3], [-1.3, 1.9]],
+        static=[1.0, 1.4],
+        friction=ss.Coulomb(mu=0.35),
+        V=0.08,
+    )
+    ss.write_model(model, path)
+    explorer.page.set_input_files("input[data-open]", str(path))
+    explorer.page.wait_for_function("() => explorer.state.model.kind === 'blocks'")
+    explorer.settle()
+    assert explorer.page.locator("select[aria-label='Model']").input_value() == "blocks"
+    assert explorer.state["diagram"]["parameter"] == "V"
+    shown = explorer.page.evaluate(
+        """async () => {
+            const { parametersOf, valueOf } = await import("/static/model.js");
+            const { limits, state } = explorer;
+            const { ofModel, ofLaws } = parametersOf(limits, state.model);
+            return Object.fromEntries([...ofModel, ...ofLaws.flat()]
+                .map(({ name }) => [name, valueOf(limits, state.model, name)]));
+        }"""
+    )
+    named = {name: value for name, value in model.parameters.items() if value}
+    assert {name: value for name, value in shown.items() if value} == named
+    explorer.type_into("mass_2", 3.0)
+    explorer.type_into("stiffness_1_2", -1.2)
+    moved = model.replace(mass_2=3.0, stiffness_1_2=-1.2)
+    assert explorer.state["model"] == json.loads(json.dumps(model_values(moved)))
+    fixed = explorer.page.evaluate(
+        "() => [...explorer.answers.get('cobweb').parts[0].arrays.orbit]"
+    )
+    assert fixed[:9] == pytest.approx(ss.event_map(moved).iterate(0.1, 8).tolist(), rel=1e-9)
+    state = explorer.state
+    explorer.page.wait_for_timeout(400)
+    fragment = explorer.page.evaluate("() => location.hash.slice(1)")
+    explorer.show("preset=coulomb")
+    explorer.show(fragment)
+    for name in ("model", "sliders", "diagram", "d"):
+        assert explorer.state[name] == state[name], name
+
+
+def test_two_blocks_of_a_file_start_where_their_present_map_has_points(explorer, tmp_path):
+    path, model = tmp_path / "own.toml", ss.examples.coulomb()
+    ss.write_model(model, path)
+    explorer.page.set_input_files("input[data-open]", str(path))
+    explorer.page.wait_for_function("() => explorer.state.map !== null")
+    explorer.type_into("alpha", 0.5)
+    d = 0.5 * (model.domain[1] + model.replace(alpha=0.5).domain[1])
+    explorer.page.evaluate("d => explorer.startAt(d)", d)
+    explorer.settle()
+    assert explorer.state["d"] == pytest.approx(d, rel=1e-9)
+    shown = explorer.page.evaluate("() => explorer.answers.get('cobweb').parts[0].arrays.orbit[0]")
+    assert shown == explorer.state["d"]

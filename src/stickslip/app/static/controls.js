@@ -14,6 +14,7 @@ import {
   defaultModel,
   hasLaws,
   hasLineMap,
+  hasMatrices,
   isFormula,
   kindEntry,
   lawOf,
@@ -90,7 +91,7 @@ export class Controls {
     };
     const row = (/** @type {Parameter} */ one) => this.#parameter(ranged(one));
     const held = document.activeElement?.getAttribute("aria-label");
-    const listed = isStructure(state.model) ? ofModel.filter((one) => one.name in sliders) : ofModel;
+    const listed = hasMatrices(state.model) ? ofModel.filter((one) => one.name in sliders) : ofModel;
     const rest = ofModel.filter((one) => !listed.includes(one));
     const more = element("details", {}, element("summary", {}, "All other numbers"));
     more.append(...rest.map(row));

@@ -7,6 +7,9 @@
 /** Whether it is written as matrices and contacts. @param {Model} model */
 export const isStructure = (model) => Array.isArray(model.contact);
 
+/** Whether its numbers are read off the model itself. @param {Model} model */
+export const hasMatrices = (model) => isStructure(model) || model.kind === "blocks";
+
 /** Number of contacts; of blocks as many. @param {Model} model @returns {number} */
 export function blockCount(model) {
   if (isStructure(model)) return model.contact.length;
@@ -138,7 +141,7 @@ export function parametersOf(limits, model) {
   const ofLaws = lawsOf(model).map((law, k) =>
     parametersOfLaw(limits, law).map((one) => (hasLaws(model) ? ofBlock(one, k + 1, what) : one)),
   );
-  if (isStructure(model)) return { ofModel: entriesOf(model).map(({ one }) => one), ofLaws };
+  if (hasMatrices(model)) return { ofModel: entriesOf(model).map(({ one }) => one), ofLaws };
   return { ofModel: model.forcing ? [...parameters, ...forcing] : parameters, ofLaws };
 }
 
@@ -197,6 +200,8 @@ const SYMBOLS = {
   a: ["a", "constant part"],
   static: ["L", "static limit of contact"],
   V: ["V", "velocity of the belt of contact"],
+  limit: ["L", "static limit of block"],
+  belt: ["V_dr", "driving velocity"],
   load: ["l", "limit per displacement"],
   contact_stiffness: ["k", "spring in series with contact"],
   amplitude: ["a", "amplitude of the force"],
@@ -207,7 +212,7 @@ const SYMBOLS = {
 const EVERYWHERE = new Set(["static", "V", "amplitude", "frequency", "phase"]); // 0 is a value there
 
 /**
- * The numbers of a structure: named as the library names them, each with the places where it is.
+ * Numbers of matrices and contacts: named as the library names them, each with the places where it is.
  * @param {Model} model
  */
 function entriesOf(model) {
@@ -220,7 +225,11 @@ function entriesOf(model) {
     const told = { symbol: index ? `${letter}_${index}` : letter, meaning: `${meaning} ${index}`.trim() };
     entries.push({ one: { name, ...told, default: value, ...rangeAbout(value) }, paths });
   };
-  model.contact.forEach((/** @type {any} */ contact, /** @type {number} */ k) => {
+  (model.static ?? []).forEach((/** @type {number} */ _, /** @type {number} */ k) =>
+    add(`static_${k + 1}`, "limit", [["static", k]]),
+  );
+  if (model.V !== undefined) add("V", "belt", [["V"]]);
+  (model.contact ?? []).forEach((/** @type {any} */ contact, /** @type {number} */ k) => {
     const inside = (/** @type {Path} */ ...keys) => [/** @type {Path} */ (["contact", k, ...keys])];
     add(`static_${k + 1}`, "static", inside("static"));
     add(`V_${k + 1}`, "V", inside("V"));
@@ -275,11 +284,11 @@ function rangeAbout(value) {
 const FEW = 12;
 
 /**
- * Ranges of the sliders that a structure begins with: those of a preset, else about its values.
+ * Ranges of the sliders that matrices begin with: those of a preset, else about its values.
  * @param {Limits} limits @param {Model} model @returns {Record<string, [number, number]>}
  */
 export function slidersOf(limits, model) {
-  if (!isStructure(model)) return {};
+  if (!hasMatrices(model)) return {};
   const { ofModel, ofLaws } = parametersOf(limits, model);
   const all = [...ofModel, ...ofLaws.flat().filter((one) => !one.values)];
   const first = (/** @type {Parameter} */ { name }) => /^(static|V|load|contact|forcing)/.test(name);
@@ -301,7 +310,7 @@ function pathsTo(limits, model, name) {
   const own = name.replace(/_\d+$/, "");
   if (block >= 0 && !isStructure(model)) return [["friction", block, own]];
   if (block >= 0) return [["contact", block, "friction", own]];
-  const entry = isStructure(model) && entriesOf(model).find(({ one }) => one.name === name);
+  const entry = hasMatrices(model) && entriesOf(model).find(({ one }) => one.name === name);
   return entry ? entry.paths : [name.split(".")];
 }
 

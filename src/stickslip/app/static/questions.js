@@ -3,7 +3,7 @@
  *
  * @import {State, Question, Limits} from "./types.js"
  */
-import { hasLineMap, hasSpaceMap, lawsOf, startState, sticksAsOne, withValue } from "./model.js";
+import { hasLineMap, hasSpaceMap, lawsOf, mapOf, startState, sticksAsOne, withValue } from "./model.js";
 
 const COBWEB_STEPS = 160;
 const MOTION_SAMPLES = 6000;
@@ -85,7 +85,7 @@ const ofMap = ({ model, section }) => (section ? { model, section } : { model })
  */
 function startOf(state) {
   if (!hasLineMap(state)) return startState(state.model, state);
-  const [low, high] = state.map?.domain ?? [-Infinity, Infinity];
+  const [low, high] = mapOf(state).domain ?? [-Infinity, Infinity];
   return { d: state.d >= low && state.d <= high ? state.d : (low + high) / 2 };
 }
 

@@ -9,7 +9,7 @@ import {
   faultOf,
   hasLaws,
   hasLineMap,
-  isStructure,
+  hasMatrices,
   lawsOf,
   parametersOf,
   slidersOf,
@@ -170,7 +170,7 @@ export function toFragment(limits, state) {
   ];
   pairs.push(["followed", max_period]);
   if (state.section) pairs.push(["section", JSON.stringify(state.section)]);
-  if (isStructure(state.model)) pairs.push(["sliders", JSON.stringify(state.sliders)]);
+  if (hasMatrices(state.model)) pairs.push(["sliders", JSON.stringify(state.sliders)]);
   if (window) pairs.push(["window", window.join(":")]);
   if (view) pairs.push(["diagram", view.join(":")]);
   if (full.join() !== range.join()) pairs.push(["full", full.join(":")]);
@@ -197,7 +197,7 @@ const starts = (state) =>
  * @returns {[string, any][]}
  */
 function modelPairs(limits, model) {
-  if (isStructure(model)) return [["model", JSON.stringify(model)]];
+  if (hasMatrices(model)) return [["model", JSON.stringify(model)]];
   const { friction: _, ...rest } = model;
   const laws = lawsOf(model).flatMap((law, k) =>
     Object.entries(law).map(([key, value]) => [hasLaws(model) ? `${key}_${k + 1}` : key, value]),
