@@ -50,13 +50,13 @@ CHAIN: Final = {
     "friction": {"law": "coulomb", "mu": 0.22},
 }
 
-BLOCKS: Final = {
+BLOCKS: Final = {  # of period two: where blocks move chaotically a diagram takes long
     "kind": "blocks",
-    "mass": [1.0, 2.0],
-    "stiffness": [[2.2, -1.2], [-1.2, 2.2]],
-    "static": [1.0, 1.3],
-    "V": 0.0366,
-    "friction": {"law": "coulomb", "mu": 0.22},
+    "mass": [1.0, 2.7],
+    "stiffness": [[2.3, -1.3], [-1.3, 1.9]],
+    "static": [1.0, 1.4],
+    "V": 0.08,
+    "friction": {"law": "coulomb", "mu": 0.35},
 }
 
 DAMPER: Final = {
