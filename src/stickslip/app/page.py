@@ -196,7 +196,7 @@ def _models() -> list[dict[str, Any]]:
             ("static", "alpha", "V", "support", "mass", "damping"),
             (2, requests.MOST_BLOCKS),
         ),
-        _model("Blocks with full matrices", BLOCKS, TWO_BLOCKS, (), (1, requests.MOST_BLOCKS)),
+        _model("Blocks with full matrices", BLOCKS, (), (1, requests.MOST_BLOCKS)),
         _structure("Structure", "brake"),
         _structure("State space", "hunting-axis"),
     ]
