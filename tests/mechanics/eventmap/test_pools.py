@@ -25,6 +25,7 @@ from stickslip.mechanics.flow.lanes import layout
 from stickslip.mechanics.flow.lanes.layout import KEPT, MOTIONS, PLACES
 from stickslip.mechanics.flow.lanes.pair import pair_numbers
 from stickslip.mechanics.flow.lanes.steps import Steps, lane_kernels
+from stickslip.mechanics.friction import friction_law
 from stickslip.mechanics.friction.series import law_series
 from stickslip.numerics.targets import kernel_uncached
 from stickslip.numerics.vector import LANES
@@ -406,3 +407,20 @@ def test_an_optional_parameter_that_is_zero_leaves_the_text_and_not_the_answer()
     model = ss.TwoBlock(1.208, 1.301, 0.15, laws[2])
     almost = model.replace(eta=1e-300)
     np.testing.assert_allclose(ss.event_map(almost)(d), ss.event_map(model)(d), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("law", "tells"),
+    [
+        (ss.PoppStelter(3.0, 0.1, 0.05), True),
+        (friction_law(lambda s, a: 1 + a * s / 4 - s**3, parameters={"a": 1.0}), True),
+        (friction_law(lambda s, a: 0.5 / (1 + a * s) + 0.5 / (1 + s), parameters={"a": 1.0}), True),
+        (friction_law(lambda s, a: 1 / (1 + a * s) ** 8, parameters={"a": 1e4}), False),
+        (friction_law(lambda s, a: 1 / (1 + a * s * s), parameters={"a": 1e4}), False),
+        (friction_law(lambda s, a: s / (1 + a * s), parameters={"a": 1e4}), False),
+        (ss.Stribeck(0.4, 0.3), False),
+        (ss.Stribeck(0.4, 0.3, exponent=2), False),
+    ],
+)
+def test_only_series_of_polynomials_and_simple_fractions_tell_how_far_they_hold(law, tells):
+    assert law_series((law, law)).tells is tells

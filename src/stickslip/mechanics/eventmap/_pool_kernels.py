@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from stickslip.mechanics.friction.interface import force
 
     CHANGING = False  # whether tangents go with a parameter, not with the start
+    TELLS = False  # whether the last terms of the law's series tell how far they hold
 
 # With this many events a motion begins again with finer steps: what steps leave out is a rounding
 # of the start at first, and may grow more on the way than the start does.
@@ -274,7 +275,7 @@ def meet(
     room = -1.0
     if h >= 0.0 and here != 3 and phase > 0.0 and duration <= controls.max_time:
         state_at(pools, pool, lane, h)
-        if follows_laws(laws, pools, pool, lane, h):
+        if TELLS or follows_laws(laws, pools, pool, lane, h):
             room = settle(pools.numbers[BOTH_SLIP], laws, motion, here - 1)
     if room < 0.0:
         leave(pools, pool, lane)

@@ -415,6 +415,7 @@ class PoolBackend(BatchBackend):
             f"{code.key}-{self.series.key}-{self.damped}" + "-changing" * changing,
             force=code.force,
             CHANGING=changing,
+            TELLS=self.series.tells,
             **{name: getattr(self._steps, name) for name in ("step_one", "step_both")},
             **{name: getattr(tangents, name) for name in ("tangent_one", "tangent_both")},
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from stickslip.mechanics.friction._text import FORCE_ROW, SLOPE_ROW, SPEED_ROW
 from stickslip.mechanics.friction.formula import TracedFormula, quietly
 from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.numerics.expression import derivative, evaluate
+from stickslip.numerics.expression import Expression, Graph, derivative, evaluate, reachable
 from stickslip.numerics.series import Scalars, SeriesText
 
 # Columns of a parameter row: F(0), the parameters, their changes, constants made of both.
@@ -30,6 +31,7 @@ class LawSeries:
     change: SeriesText  # of the force at a given speed, with the parameters' changes
     change_row: int
     scalars: Scalars  # of all; constants are the last columns of `rows`
+    tells: bool  # whether the last terms tell how far a series of the force holds
     absent: tuple[str, ...] = ()  # parameters that are zero, and left out
 
     def rows(
@@ -107,4 +109,27 @@ def _series_of(formula: TracedFormula) -> LawSeries:
     )
     lines = [*series.start, *series.advance, seen, *gained.start, *gained.advance]
     key = hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
-    return LawSeries(key, series, tangent, gained, row, scalars)
+    return LawSeries(key, series, tangent, gained, row, scalars, _has_simple_poles(graph, force))
+
+
+def _has_simple_poles(graph: Graph, force: Expression) -> bool:
+    """Tell whether a force is a polynomial, and fractions with divisors of first degree."""
+    # Such series are geometric after their first terms: nowhere are they flat to rounding alone.
+    degrees: dict[int, float] = {}  # infinite of a fraction
+    for number in reachable(graph, [force.number]):
+        node, own = graph.nodes[number], [degrees[arg] for arg in graph.nodes[number].args]
+        if not graph.varies[number]:
+            degrees[number] = 0
+        elif node.op == "symbol":
+            degrees[number] = 1
+        elif node.op in ("add", "subtract", "negative"):
+            degrees[number] = max(own)
+        elif node.op == "multiply" and (min(own) == 0 or max(own) < math.inf):
+            degrees[number] = sum(own)
+        elif node.op in ("reciprocal", "divide") and own[-1] == 1 and not any(own[:-1]):
+            degrees[number] = math.inf
+        elif node.op == "divide" and own[-1] == 0:
+            degrees[number] = own[0]
+        else:
+            return False
+    return True
