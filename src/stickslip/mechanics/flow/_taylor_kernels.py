@@ -14,7 +14,9 @@ from stickslip.mechanics.flow.dense import (
     FORCE_ROUNDING,
     MOST_HALVINGS,
     OFF,
+    OVERLAP,
     PLACES,
+    at_place,
     find_events,
     is_followed,
     piece_row,
@@ -276,10 +278,9 @@ def follows_laws(
         row = piece_row(laws, block, mode * motion.w[block])
         most = OFF * rtol / (limit(system, block) * h)
         for k in range(1, PLACES + 1):
-            t = h * k / PLACES
-            s = max(mode * value(work.w[block], t), 0.0)
-            told = value(work.rows[block, FORCE_ROW, :ORDER], t)
-            if not is_followed(force(laws[row], mode, s), told, most):
+            s, told = at_place(k, h, mode, work.w[block], work.rows[block, FORCE_ROW, :ORDER])
+            exact = force(laws[row], mode, max(s, 0.0))
+            if s >= -OVERLAP and not is_followed(exact, told, most):
                 return False
     return True
 

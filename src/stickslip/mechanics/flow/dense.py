@@ -47,6 +47,14 @@ def piece_row(laws: Floats, block: int, s: float) -> int:
 
 
 @kernel
+def at_place(k: int, h: float, mode: int, speed: Floats, force: Floats) -> tuple[float, float]:
+    """Slip speed and force that their series tell in the k-th place of a step."""
+    # Speeds well below 0 are of states that no motion has, for tangents beside one.
+    t = h * k / PLACES
+    return mode * value(speed, t), value(force, t)
+
+
+@kernel
 def is_followed(exact: float, told: float, most: float) -> bool:
     """Whether a series tells a law's value; `most`: what it may be off by, rounding aside."""
     return not abs(told - exact) > most + UNHEEDED * abs(exact)  # NaN is another's to tell

@@ -36,7 +36,9 @@ from stickslip.mechanics.flow.blocks.transitions import (
 from stickslip.mechanics.flow.dense import (
     MOST_HALVINGS,
     OFF,
+    OVERLAP,
     PLACES,
+    at_place,
     clearance,
     is_followed,
     leaving_time,
@@ -457,10 +459,9 @@ def follows_laws(
         row = piece_row(laws, i, mode * motion.w[i])
         most = OFF * rtol * system.mass[i] / (motion.limit[i] * h)
         for k in range(1, PLACES + 1):
-            t = h * k / PLACES
-            s = max(mode * value(work.w[i], t), 0.0)
-            told = value(work.rows[i, FORCE_ROW, :ORDER], t)
-            if not is_followed(force(laws[row], mode, s), told, most):
+            s, told = at_place(k, h, mode, work.w[i], work.rows[i, FORCE_ROW, :ORDER])
+            exact = force(laws[row], mode, max(s, 0.0))
+            if s >= -OVERLAP and not is_followed(exact, told, most):
                 return False
     return True
 
