@@ -193,7 +193,7 @@ def _places(
     share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
     x = np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
     # Bands whose gaps one orbit visits merge there all at once, however long it is.
-    tried = sorted({*periods, *range(1, min(edge.n_gaps, LONGEST) + 1)})
+    tried = np.array(sorted({*periods, *range(1, min(edge.n_gaps, LONGEST) + 1)}))
     off = fast.iterate(x, tried[-1])[:, tried] - x[:, None]
     with np.errstate(invalid="ignore"):
         crossed = off[1:] * off[:-1] <= 0
@@ -204,7 +204,7 @@ def _places(
         if len(places) >= 2 * NEIGHBOURS:
             break
         known: list[int] = []
-        for period in np.array(tried)[crossed[k]].tolist():
+        for period in tried[crossed[k]].tolist():
             if period in periods or all(period % shorter for shorter in known):
                 known.append(period)
         bracket = (float(x[k]), float(x[k + 1]))
