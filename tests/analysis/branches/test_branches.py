@@ -105,6 +105,22 @@ def test_corners_without_a_label_are_found(at, bend):
     assert corner.right_slope - corner.left_slope == pytest.approx(bend, abs=1e-6)
 
 
+@given(st.floats(1e-10, 1e-2), st.floats(-0.5, 0.5))
+def test_one_sided_limits_of_branches_that_bend_on_any_scale(scale, at):
+    # Beside the birth of a jump, slopes of 1e6 change by a share within 1e-9.
+    def height(x):
+        return np.where(x < at, -0.5, 0.3 - 0.2 * np.exp(-np.maximum(x - at, 0) / scale))
+
+    def slope(x):
+        return np.where(x < at, 0.0, 0.2 / scale * np.exp(-np.maximum(x - at, 0) / scale))
+
+    f = PiecewiseMap(height, (-1, 1), derivative=slope, breakpoints=[at])
+    (found,) = (b for b in branches(f).breakpoints if b.kind == "jump")
+    ulp = np.spacing(abs(at))
+    assert found.right == pytest.approx(0.1, rel=1e-12, abs=0.2 / scale * 64 * ulp)
+    assert found.right_slope == pytest.approx(0.2 / scale, rel=1e-5 + 64 * ulp / scale)
+
+
 def test_a_harmless_change_of_label_is_smooth_and_does_not_end_a_lap():
     f = PiecewiseMap(np.exp, (-1, 1), breakpoints=[0.3])
     table = branches(f)

@@ -56,10 +56,28 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     """Extrapolate value and slope to ends of branches, ``inward`` +1 for a branch right of it."""
     if not ends.ok.all():
         return _beside_gaps(mesh, ends, inward, room)
-    n = len(ends)
     # Where less is resolved limits are no less sharp.
     h = np.minimum(min(mesh.resolution, RESOLUTION), ROOM * room)
-    h = np.maximum(h, 64 * np.spacing(np.abs(ends.x)))
+    finest = 64 * np.spacing(np.abs(ends.x))
+    h = np.maximum(h, finest)
+    limits, off = _limits_from(mesh, ends, inward, h)
+    bends = (off > SAME_SLOPE) & (h > finest)
+    # Branches that bend on a scale of less than h are asked closer by, while that helps.
+    while bends.any():
+        (at,) = bends.nonzero()
+        h[at] = np.maximum(CLOSEST * h[at], finest[at])
+        closer, still_off = _limits_from(mesh, ends.take(at), inward[at], h[at])
+        better = still_off < off[at]
+        at, closer = at[better], closer.take(better)
+        limits.value[at], limits.slope[at], off[at] = closer.value, closer.slope, still_off[better]
+        bends[:] = False
+        bends[at] = (off[at] > SAME_SLOPE) & (h[at] > finest[at])
+    return limits
+
+
+def _limits_from(mesh: Prober, ends: Nodes, inward: Floats, h: Floats) -> tuple[Limits, Floats]:
+    """Extrapolate from points h inside; return how far off the slope there is, of the slopes."""
+    n = len(ends)
     x = np.concatenate([ends.x + inward * k * h for k in (CLOSEST, 1.0, 4.0, 16.0)])
     lo, hi = mesh.f.domain
     x = np.clip(x, lo, hi)
@@ -67,7 +85,8 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     values, slopes = (inside.reshape(4, n) for inside in mesh.slopes(x))
     with np.errstate(all="ignore"):
         diverges = _diverges(mesh, slopes)
-        # s0 + a sqrt(h) + b h suits both sides of a graze; its mean up to the close point is known.
+        # s0 + a sqrt(h) + b h suits both sides of a graze; its mean up to the close point is known,
+        # and what it foretells of the slope there tells whether it holds.
         regular = (8 * slopes[1] - 6 * slopes[2] + slopes[3]) / 3
         plain = values[0] + (2 * slopes[0] + regular) / 3 * (ends.x - x[:n])
         value = np.where(diverges, _root_value(values, slopes, inward * h), plain)
@@ -76,10 +95,12 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
         exact = np.abs(ends.value - value) <= allowed
         typical = mesh.slope_scale + np.abs(slope)
         as_good = np.isfinite(slope) & (np.abs(ends.slope - slope) <= SAME_SLOPE * typical)
+        at_close = (310 * slopes[1] - 217 * slopes[2] + 35 * slopes[3]) / 128
+        off = np.where(diverges, 0.0, np.abs(slopes[0] - at_close) / typical)
     # NaN shows a gap too narrow for points inside.
     value = np.where(exact | np.isnan(value), ends.value, value)
     slope = np.where(as_good | np.isnan(slope), ends.slope, slope)
-    return Limits(value, slope)
+    return Limits(value, slope), off
 
 
 def _beside_gaps(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
@@ -95,6 +116,8 @@ def _diverges(mesh: Prober, slopes: Floats) -> NDArray[np.bool_]:
     """Tell where the slope grows without bound, like the derivative of a root."""
     close, near, far, _ = np.abs(slopes)
     steepens = (near > STEEPENS * far) & (close > STEEPENS**3 * near)
+    # A power grows by the cube of that over 64 = 4^3 times the distance; exponentials do not.
+    steepens &= 2 * close > near * (near / far) ** 3
     # A slope that rises from (almost) 0 steepens too, but not to anything.
     return np.asarray(steepens & (close > mesh.slope_scale))
 

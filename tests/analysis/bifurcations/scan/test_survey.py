@@ -12,8 +12,10 @@ import stickslip as ss
 from stickslip.analysis.bifurcations.scan import events
 from stickslip.analysis.bifurcations.scan import survey as scan
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
-from stickslip.analysis.bifurcations.scan.nodes import Family, SymbolClasses
+from stickslip.analysis.bifurcations.scan.between import Range, _Between
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.survey import Survey
+from stickslip.analysis.bifurcations.scan.tracking import join
 
 MU = (-0.3, 0.3)
 MAX_PERIOD = 4
@@ -286,6 +288,21 @@ def test_an_event_at_the_end_of_the_range():
     (event,) = survey.events
     assert (event.kind, event.value) == ("flip", pytest.approx(3.0, abs=1e-14))
     assert not survey.unresolved
+
+
+@pytest.mark.parametrize("beyond", [2e-6, 8e-6])
+def test_lists_beside_an_event_a_little_beyond_a_span_keep_their_order(beyond):
+    # By its error an event may lie beyond the list that shows an orbit born: 1e-5 of the range
+    # past it the next list is made, and no farther back.
+    family = Family(examples.logistic(), "r", None)
+    whole = Range(family, 2.5, 3.5, 2)
+    search = _Between(whole, SymbolClasses(), {}, 0, ())
+    left, right = (Node.make(family, 2, q) for q in (3 + beyond, 3.4))
+    event = next(e for e in surveyed(family.f, "r", 2.5, 3.5, max_period=2).events)
+    plain = search._cut(join(left, right, family, search.classes), [event])
+    spans = [*((s.left, s.right) for s in search.found.spans), *plain]
+    assert all(a.q < b.q for a, b in spans)
+    assert {a.q for a, _ in spans} - {left.q} == {b.q for _, b in spans} - {right.q}
 
 
 def test_two_values_that_are_neighbours_among_the_floats_are_joined():

@@ -313,8 +313,10 @@ class _Between:
 
     def _cut(self, span: Span, fresh: list[Event]) -> list[tuple[Node, Node]]:
         """Put nodes on both sides of new events; return the spans between them."""
-        groups = self._groups(fresh)
-        bounds = [span.left.q, *(group[0].value for group in groups), span.right.q]
+        # An event a little beyond the span, by its error, counts as at its end: lists keep order.
+        at = {id(event): float(np.clip(event.value, span.left.q, span.right.q)) for event in fresh}
+        groups = self._groups(fresh, at)
+        bounds = [span.left.q, *(at[id(group[0])] for group in groups), span.right.q]
         nodes: dict[tuple[int, int], Node] = {}
         for k, group in enumerate(groups):
             rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
@@ -322,7 +324,7 @@ class _Between:
             open_sides = [side for side in (0, 1) if rooms[side] > self.whole.closest]
             beside = min([BESIDE * self.whole.scale, *(CLEAR * rooms[side] for side in open_sides)])
             for side in open_sides:
-                q = group[-1].value + beside if side else group[0].value - beside
+                q = at[id(group[-1])] + beside if side else bounds[k + 1] - beside
                 nodes[k, side] = self._node(q)
         plain: list[tuple[Node, Node]] = []
         last = span.left
@@ -358,14 +360,14 @@ class _Between:
             span, beside = self._around(left, right, around.events), NEARER * beside
         return span
 
-    def _groups(self, fresh: list[Event]) -> list[list[Event]]:
+    def _groups(self, fresh: list[Event], at: dict[int, float]) -> list[list[Event]]:
         """Events in ascending order, those that no list can be made between together."""
         groups: list[list[Event]] = []
         for event in sorted(fresh, key=lambda item: item.value):
             if groups:
                 last = groups[-1][-1]
                 errors = last.located.error + event.located.error
-                if event.value - last.value <= max(8 * errors, self.whole.closest):
+                if at[id(event)] - at[id(last)] <= max(8 * errors, self.whole.closest):
                     groups[-1].append(event)
                     continue
             groups.append([event])
