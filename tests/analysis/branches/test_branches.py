@@ -92,6 +92,32 @@ def test_jumps_without_a_label_are_found(at, step):
     assert jump.left_slope == pytest.approx(3 * math.cos(3 * at), abs=1e-6)
 
 
+@given(
+    at=st.floats(0.1, 0.9),
+    width=st.floats(5e-9, 1e-6),
+    inside=st.floats(0.1, 1) | st.floats(-1, -0.1),
+    bend=st.floats(0.1, 5),
+)
+def test_jumps_close_to_each_other_without_a_label_are_found(at, width, inside, bend):
+    # Beside the birth of a jump two of them are 1e-8 apart. Between them the map has a turning
+    # point, and beyond the second it goes on almost as before the first.
+    def between(x):
+        return (x >= at) & (x < at + width)
+
+    def place(x):
+        return (x - at) / width - 0.5
+
+    f = PiecewiseMap(
+        lambda x: x**2 + bend * np.maximum(x - at, 0) + between(x) * (inside + 0.1 * place(x) ** 2),
+        (0, 1),
+        derivative=lambda x: 2 * x + bend * (x >= at) + between(x) * 0.2 * place(x) / width,
+    )
+    there, back = breakpoints(f)
+    assert (there.kind, back.kind) == ("jump", "jump")
+    assert there.d == pytest.approx(at, abs=2e-16)
+    assert back.d == pytest.approx(at + width, abs=2e-16)
+
+
 @given(at=st.floats(0.1, 0.9), bend=st.floats(0.01, 5))
 def test_corners_without_a_label_are_found(at, bend):
     f = PiecewiseMap(

@@ -416,7 +416,8 @@ class _Search:
 
         left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
         steps = nodes.same_as_next() & is_step(left, right, self.mesh.value_scale)
-        steps &= (right.x - left.x <= 1.5 * self.mesh.resolution) & close(left.x, right.x)
+        (at,) = np.nonzero(steps & (right.x - left.x <= 1.5 * self.mesh.resolution))
+        stepping = np.stack([left.x[at], right.x[at]], axis=1)
         clusters: list[tuple[float, float]] = []
         doubtful = np.array(sorted(self.mesh.doubtful)).reshape(-1, 2)
         for lo, hi in doubtful[~close(*doubtful.T)].tolist():
@@ -424,7 +425,12 @@ class _Search:
                 clusters[-1] = (clusters[-1][0], max(hi, clusters[-1][1]))
             else:
                 clusters.append((lo, hi))
-        clusters += zip(left.x[steps].tolist(), right.x[steps].tolist(), strict=True)
+        # One bisection finds one step: of several in a cluster, as of those by a cut, each is one.
+        ends = np.array(clusters).reshape(-1, 2)
+        inside = (stepping[:, :1] >= ends[:, 0]) & (stepping[:, 1:] <= ends[:, 1])
+        crowded = inside.sum(axis=0) > 1
+        alone = close(*stepping.T) | inside[:, crowded].any(axis=1)
+        clusters = [*map(tuple, ends[~crowded].tolist()), *map(tuple, stepping[alone].tolist())]
         return clusters
 
     def result(self) -> tuple[Discontinuities, list[Unresolved]]:
