@@ -292,7 +292,11 @@ def test_a_formula_shares_its_kernels_with_the_same_function():
     [
         ("exp(-s", {}, "the formula 'exp(-s' ends where ) is expected"),
         ("exp(-s)", {"forward": "1 +"}, "the formula '1 +' ends where a number, a name or ("),
-        ("mu + 0*s", {}, "needs a value for 'mu': parameters={'mu': ...}"),
+        (
+            "mu + 0*s",
+            {},
+            "needs a value for 'mu': parameters={'mu': ...} (a formula calls the speed s)",
+        ),
         ("mu + s*0", {"parameters": {"mu": 0.3, "mue": 1}}, "no parameter 'mue'. Known: mu. Did"),
         ("mu / v", {"parameters": {"mu": 0.3, "v": 0.0}}, "failed at s = 0: ZeroDivisionError"),
         ("mu / v", {"parameters": {"mu": 0.3, "v": math.inf}}, "v must be a finite number"),

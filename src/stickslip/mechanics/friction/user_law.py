@@ -42,10 +42,9 @@ def user_function(function: Any, given: Sequence[str], owner: str) -> UserFuncti
         if parameter.kind not in (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY):
             raise ValueError(f"{owner}: parameter {parameter} cannot be passed by name")
         if parameter.default is Parameter.empty and parameter.name not in given:
-            name = parameter.name
-            raise ValueError(
-                f"{owner} needs a value for {shown(name)}: parameters={{{shown(name)}: ...}}"
-            )
+            name = shown(parameter.name)
+            speed = " (a formula calls the speed s)" if isinstance(function, FormulaText) else ""
+            raise ValueError(f"{owner} needs a value for {name}: parameters={{{name}: ...}}{speed}")
     names = [parameter.name for parameter in taken]
     return UserFunction(function, tuple(name for name in given if name in names))
 
