@@ -195,8 +195,9 @@ def test_bands_of_a_symmetric_map_that_stretches_little(slope, period):
 
 
 @tries(4, 40)
-@given(slope=st.floats(1.003, 1.4), part=st.floats(0.05, 0.95))
+@given(slope=st.floats(1.0004, 1.01) | st.floats(1.01, 1.4), part=st.floats(0.05, 0.95))
 @example(slope=1.02, part=0.6725)  # three sets, of four bands
+@example(slope=1.0004407168068103, part=0.9037845024235195)  # one band, filled after 5000 maps
 def test_maps_that_stretch_little_visit_their_bands_in_turn(slope, part):
     f = weak(slope, part * (2 - slope))  # from [0, 1] to itself
     (found,) = attractors(f)  # a map that expands has no other (Lasota and Yorke)

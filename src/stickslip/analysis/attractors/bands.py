@@ -25,7 +25,9 @@ SAME: Final = 1e-12  # of the domain's width: intervals closer than this touch, 
 APART: Final = 1e-9  # ...: bands closer than this are one; a stand-in of a map knows no better
 EXPLAINED: Final = 1e-9  # ...: how well an image must meet an edge
 ALONE: Final = 256  # images of an interval before they are joined
+STAYS: Final = 64  # maps of the whole before another interval is tried
 MAX_STEPS: Final = 2000  # from then on
+AHEAD: Final = 64  # images of an interval that are looked at together
 MAX_INTERVALS: Final = 2048
 MAX_PERIOD: Final = 128
 GROWING: Final = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
@@ -96,17 +98,26 @@ def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats
     return merged(values.T, slack), lost
 
 
-def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
-    """Map a short interval forward until its images repeat, and return the bands they fill."""
+def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:
+    """Map a short interval forward until its images repeat, and return the bands they fill.
+
+    Of the rows of ``intervals`` the first does, but where it also grows into what only leads
+    to the bands, and that stays for long.
+    """
     slack = SAME * domain_width(f)
-    alone = _repeated(f, laps, np.array([interval], dtype=np.float64), slack, ALONE)
+    alone = _repeated(f, laps, intervals[:1], slack, ALONE)
     if alone.reason != GROWING:
         return alone
-    union, reason = _covered(f, laps, alone.intervals, slack)
-    if reason:
-        return replace(alone, intervals=union, reason=reason)
-    # What only leads to the bands is left behind: the whole is mapped, too, until it stays.
-    whole = _repeated(f, laps, union, slack, MAX_STEPS)
+    for current in (alone.intervals, *intervals[1:, None]):
+        union, reason = _covered(f, laps, current, slack)
+        if reason:
+            return replace(alone, intervals=union, reason=reason)
+        # What only leads to the bands is left behind: the whole is mapped, too, until it stays.
+        whole = _repeated(f, laps, union, slack, STAYS)
+        if whole.reason != GROWING:
+            break
+    else:
+        whole = _repeated(f, laps, whole.intervals, slack, MAX_STEPS)
     if not whole.period:
         return whole
     turns = _turns(f, laps, whole.intervals, slack)
@@ -116,14 +127,15 @@ def grow(f: Map1D, laps: Laps, interval: tuple[float, float]) -> Bands:
 def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -> Bands:
     """Map intervals until they are what they were before: the union of what came since."""
     past: list[Floats] = []
-    sizes, first = np.zeros((2, steps))  # two numbers tell most sets apart at little cost
+    sizes, totals = np.zeros((2, steps))  # two numbers tell most sets apart at little cost
     for n in range(steps):
         past.append(current)
-        sizes[n], first[n] = len(current), current[0, 0]
+        sizes[n], totals[n] = len(current), current.sum()
         current, lost = image(f, laps, current, slack)
         if reason := _fault(current, lost):
             return Bands(current, 0, np.inf, (), reason)
-        alike = (sizes == len(current)) & (np.abs(first - current[0, 0]) <= slack)
+        alike = sizes == len(current)
+        alike &= np.abs(totals - current.sum()) <= slack * current.size
         alike[: max(n + 1 - MAX_PERIOD, 0)] = False
         for k in np.flatnonzero(alike)[::-1]:
             if np.all(np.abs(past[k] - current) <= slack):
@@ -145,8 +157,28 @@ def _covered(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Flo
         fresh = _outside(union, images, slack)
         if not len(fresh):
             return union, ""
-        union = merged(np.concatenate([union, fresh]), slack)
+        union, fresh = _ahead(f, laps, union, fresh, slack)
     return union, GROWING
+
+
+def _ahead(
+    f: Map1D, laps: Laps, union: Floats, fresh: Floats, slack: float
+) -> tuple[Floats, Floats]:
+    """Join fresh intervals, and images while these are fresh and lie in a lap; return the last."""
+    # Inside of laps the ends of an interval tell its images, many at once.
+    low, high = np.sort(
+        advance(f, fresh.ravel(), AHEAD).reshape(-1, 2, AHEAD + 1), axis=1
+    ).swapaxes(0, 1)
+    lap = np.minimum(np.searchsorted(laps.right, low), len(laps) - 1)
+    part = np.clip(np.searchsorted(union[:, 0] - slack, low, side="right") - 1, 0, None)
+    known = (union[part, 0] - slack <= low) & (high <= union[part, 1] + slack)
+    known[:, 0] = False
+    moves = (laps.left[lap] < low) & (high < laps.right[lap]) & ~known
+    n = np.logical_and.accumulate(moves[:, :-1], axis=1).sum(axis=1)
+    passed = np.arange(AHEAD + 1) <= n[:, None]
+    last = np.column_stack([end[np.arange(len(n)), n] for end in (low, high)])
+    joined = merged(np.concatenate([union, np.column_stack([low[passed], high[passed]])]), slack)
+    return joined, _outside(union, merged(last, slack), slack)
 
 
 def _fault(intervals: Floats, lost: bool) -> str:

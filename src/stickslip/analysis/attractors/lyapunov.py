@@ -46,6 +46,7 @@ MAX_SAMPLES: Final = 1 << 20  # ... at most
 GROWTH: Final = 4  # factor from one sample to the next, until the exponent's sign is clear
 CLEAR: Final = 10  # error bars by which it is then away from zero
 SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than this
+TENTHS: Final = np.array([1, 2, 4, 6])  # of the longer ones that are shorter yet
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -277,15 +278,15 @@ def _spread_over(bands: Floats, n: int) -> Floats:
     return np.asarray(np.minimum(bands[k, 0] + at - starts[k], bands[k, 1]))
 
 
-def short_interval(f: Map1D, points: Floats) -> tuple[float, float]:
-    """Two neighbours among the points: so short that no gap between bands is inside."""
+def short_intervals(f: Map1D, points: Floats) -> Floats:
+    """Neighbours among the points: so short that no gap between bands is inside; (k, 2)."""
     points = np.unique(points)
     gaps = np.diff(points)
-    short = np.where(gaps > SHORT * domain_width(f), gaps, np.inf)
-    if not np.isfinite(short).any():
-        return float(points[0]), float(points[0] + SHORT * domain_width(f))
-    k = int(np.argsort(short)[np.isfinite(short).sum() // 10])
-    return float(points[k]), float(points[k + 1])
+    (usable,) = np.nonzero(gaps > SHORT * domain_width(f))
+    if not usable.size:
+        return np.array([[points[0], points[0] + SHORT * domain_width(f)]])
+    k = usable[np.argsort(gaps[usable])[TENTHS * usable.size // 10]]
+    return np.column_stack([points[k], points[k + 1]])
 
 
 def mean_of_logs(slopes: Floats) -> LyapunovExponent:

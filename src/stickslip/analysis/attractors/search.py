@@ -19,7 +19,7 @@ from stickslip.analysis.attractors.lyapunov import (
     difference,
     mean_of_logs,
     perturbed,
-    short_interval,
+    short_intervals,
     trace,
 )
 from stickslip.analysis.attractors.recurrence import (
@@ -238,7 +238,7 @@ class AttractorSearch:
             return ""
         if rough.value <= 0:
             return f"the exponent {rough.value:.3g} ± {rough.error:.1g} is not above zero"
-        bands = grow(self.fast, self.laps, short_interval(self.fast, values[0]))
+        bands = grow(self.fast, self.laps, short_intervals(self.fast, values[0]))
         if reason := self._why_no_trap(bands):
             return reason
         if reason := self._known_inside(bands):
