@@ -165,4 +165,4 @@ def parameter_point(
     f, table = fast.f, fast.table
     limits = {"max_steps": MAX_STEPS, "max_period": MAX_PERIOD} if quick else {}
     found = attractors_of(f, table, orbits, fast=fast, **limits)
-    return ParameterPoint(float(value), found, f, table, fast)
+    return ParameterPoint(float(value), found, f, table, fast, quick=quick)
