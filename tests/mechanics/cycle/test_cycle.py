@@ -317,6 +317,23 @@ def test_derivatives_of_a_cycle_are_the_limits_of_differences(kind: str) -> None
         np.testing.assert_allclose(by.multipliers[:, k], multipliers, rtol=1e-8)
 
 
+def test_multipliers_that_change_places_have_the_derivatives_of_their_own() -> None:
+    law = ss.friction_law("a - b*s + c*s**3", parameters={"a": 0.775, "b": 0.366, "c": 0.23})
+    model = ss.Blocks(
+        mass=[1.49, 1.44],
+        stiffness=[[1.366, 0.0], [0.0, 1.858]],
+        damping=[[0.394, 0.0035], [0.0035, 0.337]],
+        static=[1.076, 0.75],
+        friction=[law, ss.Coulomb(mu=0.0123)],
+        V=0.0978,
+        forcing=ss.Harmonic((0.72, 0.587), frequency=0.307, phase=4.418),
+    )
+    found = ss.find_cycle(model, [0.118, 0.29], [0.0978, 0.034])
+    by = found.derivative("forcing.frequency").multipliers[:, 0]
+    near = slope(model, "forcing.frequency", 1e-7, lambda c: c.multipliers, found, range(-1, 2))
+    np.testing.assert_allclose(by, near, rtol=1e-5)
+
+
 def test_derivatives_next_to_grazing_and_at_grazing() -> None:
     motion = ss.simulate(COULOMB, d=0.27739336478609, t_end=200)
     branch = ss.follow(

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 STEP: Final = 4e-3
 HALVINGS: Final = 24
 ENOUGH, SURE = 1e-11, 1e-6
+SAME: Final = 1e-12  # of the largest multiplier: two so close are one
 # Of a parameter: how far a cycle may be from one that just touches, whose events rounding decides.
 ASIDE: Final = (1e-15, 1e-14, 1e-13, 1e-12)
 # Steps to the cycles that differences take: on both sides, ahead, behind; nearest ones first.
@@ -152,10 +153,14 @@ class Rates:
         y = converged(self.shooting, guess, abs(step))
         if y is None:
             return None
+        base = self.shot.multipliers
         left, found = list(self.shooting.shot(y).multipliers), []
-        for value in self.shot.multipliers:
+        for value in base:
             found.append(left.pop(int(np.argmin(np.abs(np.array(left) - value)))))
-        return np.array(found)
+        # One that is nearer to another's place than to its own may be the other.
+        off = np.abs(np.subtract.outer(found, base))
+        mixed = off.diagonal() > off.min(axis=1) + SAME * np.abs(base).max(initial=1.0)
+        return None if mixed.any() else np.array(found)
 
 
 def _with_its_events(cycle: Cycle, name: str) -> tuple[Shooting, Floats]:

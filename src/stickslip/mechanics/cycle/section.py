@@ -24,6 +24,7 @@ Word: TypeAlias = tuple[tuple[int, int], ...]
 """Changes of mode in one period: block (from 0) and its new mode."""
 
 EVENTS: Final = 100_000  # in one period, after which a shot is given up
+ROUNDING: Final = 1e-14  # of the return's norm: multipliers this small are zero
 
 
 class Section(NamedTuple):
@@ -90,6 +91,7 @@ class Shot:
             rank, total = rank - 1, total - 1
         values = np.linalg.eigvals(matrix).astype(np.complex128)
         values = values[np.argsort(-np.abs(values), kind="stable")][:rank]
+        values[np.abs(values) <= ROUNDING * np.linalg.norm(matrix)] = 0.0
         return np.concatenate([values, np.zeros(total - len(values))])
 
     @cached_property
