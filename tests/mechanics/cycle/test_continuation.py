@@ -228,3 +228,48 @@ def test_events_of_a_forced_cycle_may_cross_the_phase_at_time_0(phase: float) ->
     f = ss.stroboscopic_map(cycle.model)
     point = np.concatenate([cycle.x, cycle.v])
     np.testing.assert_allclose(f(point), point, rtol=0, atol=1e-11)
+
+
+def two_unequal(friction: list[ss.FrictionLaw], **numbers: list[float] | float) -> ss.Blocks:
+    """Two coupled blocks without dampers; stiffness as its upper triangle."""
+    k11, k12, k22 = numbers.pop("stiffness")  # type: ignore[misc]
+    stiffness = [[k11, k12], [k12, k22]]
+    return ss.Blocks(stiffness=stiffness, friction=friction, **numbers)  # type: ignore[arg-type]
+
+
+def test_a_cycle_ends_where_it_merges_with_one_of_half_its_period() -> None:
+    falls = ss.friction_law(
+        "a*(1 - 0.5*tanh(b*s)**2) + 0.05*log1p(s)", parameters={"a": 0.747, "b": 25.0}
+    )
+    model = two_unequal(
+        [falls, ss.Stribeck(mu=0.7384, speed=0.2113, exponent=2)],
+        mass=[0.7586, 1.8154],
+        stiffness=[1.698, -0.4616, 1.6696],
+        static=[1.446, 0.6207],
+        V=0.0357,
+    )
+    curve = ss.follow(ss.find_cycle(model, [0.596, 0.5366], [0.0357, 0.0357]), "mu_2", (0.68, 0.77))
+    assert curve.end_reasons == ("period halves", "end of range")
+    merged = curve[0]
+    half = ss.find_cycle(merged.model, merged.x, merged.v)
+    np.testing.assert_allclose(2.0 * half.period, merged.period, rtol=1e-10)
+    np.testing.assert_allclose(half.multipliers[0], -1.0, atol=1e-7)
+    # Where a stick begins the multiplier jumps over -1, which is no flip.
+    flips = [found for found in curve.bifurcations if found.kind == "flip"]
+    assert len(flips) == 1
+    np.testing.assert_allclose(flips[0].multipliers[0], -1.0, atol=1e-9)
+
+
+def test_a_closed_curve_of_cycles_is_walked_once() -> None:
+    law = ss.friction_law("a - b*s + c*s**3", parameters={"a": 0.67, "b": 0.65, "c": 0.25})
+    model = two_unequal(
+        [law, ss.Coulomb(mu=0.4377)],
+        mass=[1.18, 0.617],
+        stiffness=[0.6345, 0.0507, 1.6632],
+        static=[0.757, 1.461],
+        V=0.0911,
+    )
+    curve = ss.follow(ss.find_cycle(model, [0.5537, 0.8615], [0.0911, 0.0911]), "a_1", (0.6, 0.75))
+    assert curve.end_reasons == ("closed", "closed")
+    np.testing.assert_allclose(curve[-1].period, curve[0].period, rtol=1e-9)
+    assert [found.kind for found in curve.bifurcations].count("fold") == 2

@@ -53,10 +53,10 @@ class CurveEnd(_Place):
     reason : str
         ``end of range``; ``closed``: the curve has come back to its start; ``point limit`` and
         ``step limit``: given up after too many steps, or where steps became too small;
-        ``interrupted``: by Ctrl-C, where a partial answer was wanted.
+        ``interrupted``: by Ctrl-C, where a partial answer was wanted; ``period halves``: the orbit
+        or cycle merges with one of half its period, which flips there.
         Of orbits also ``breakpoint``: a point of the orbit meets a jump or a corner of the map;
-        ``gap``: it meets the edge of one; ``end of domain``; ``period halves``: the orbit merges
-        with one of half its period, which flips there; ``crossing``: it meets another orbit,
+        ``gap``: it meets the edge of one; ``end of domain``; ``crossing``: it meets another orbit,
         which goes on. Of cycles ``grazing``, ``limit``, ``landing`` or ``tie``: modes change and
         no cycle with other modes was found beside it; ``vanishes``: it shrinks onto steady
         sliding. Of bifurcations and breakpoints a sentence.

@@ -40,6 +40,9 @@ SAME_WAY: Final = 0.7  # cosine
 ROUNDINGS: Final = 64.0  # in a multiplier
 EPS: Final = float(np.finfo(np.float64).eps)
 SHORT: Final = 1e-3  # scaled: a step that may bracket a point where Newton's method has no hold
+JUMP: Final = (
+    0.1  # of a test function: what is left of it where it jumps, and not where it vanishes
+)
 ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis
 
 
@@ -260,6 +263,8 @@ class Follower:
                     yield found
                     continue
                 point = self.curve.between(here, new, test)
+                if abs(test(point)) > JUMP * max(abs(test(here)), abs(test(new))):
+                    continue  # multipliers jump there, as beside a change of modes
                 if kind == "neimark_sacker":
                     m: NDArray[np.complex128] = self.multipliers(point)
                     on = np.abs(np.abs(m) - 1.0) < ON_CIRCLE

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
@@ -17,9 +18,11 @@ from stickslip.analysis.continuation.follower import (
     contained,
     first_point,
 )
+from stickslip.analysis.continuation.half_period import flip_of_half
 from stickslip.checks import checked_interval, whole_number
-from stickslip.mechanics.cycle.cycle import Cycle, cycle_of
-from stickslip.mechanics.cycle.mode_changes import Touch, on_section, partners, touches
+from stickslip.mechanics.cycle.cycle import Cycle, cycle_of, same_cycle
+from stickslip.mechanics.cycle.mode_changes import Touch, converged, on_section, partners, touches
+from stickslip.mechanics.cycle.section import EVENTS
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes_about, steady_states
 from stickslip.mechanics.model.arguments import checked_model, checked_parameter
@@ -34,7 +37,7 @@ from stickslip.numerics.continuation import (
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
+    from collections.abc import Generator, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -194,8 +197,66 @@ class _CycleFollower(Follower):
         """Solve for bifurcations, and for the Hopf point in which the curve ends."""
         if self._passes_rest(here, new):
             yield self._vanished(here, new)
+        elif (merged := self._merged(here, new)) is not None:
+            yield merged
         else:
             yield from super().passed(here, new)
+
+    def _merged(self, here: CurvePoint, new: CurvePoint) -> Passed | None:
+        """End at the flip of a cycle of half the period, if the halves have changed places."""
+        # From there the curve would lead back the way it came, half a period later.
+        if not turns_back(here, new):
+            return None
+        whole, apart, after = self.shooting, self._halves(here), self._halves(new)
+        if apart is None or after is None or apart @ after >= 0.0:
+            return None
+        assert whole.word is not None
+        word, rounds = whole.word[: len(whole.word) // 2], max(whole.rounds // 2, 1)
+        half = replace(whole, word=word, rounds=rounds)
+
+        def solve(value: float, y: Floats) -> tuple[Floats, float]:
+            found = converged(half, np.append(y[:-1], value), self.high - self.low)
+            if found is None:
+                return y, np.nan
+            return found, float(np.prod(half.shot(found).multipliers + 1.0).real)
+
+        period = 0.5 * here.y[-2 : -2 + whole.free]
+        middle = np.concatenate([here.y[: len(apart)] + 0.5 * apart, period, here.y[-1:]])
+        found = flip_of_half(solve, middle, here.parameter, self.low, self.high)
+        scale = self.curve.scale
+        reach = scale[-1] * float(np.linalg.norm((new.y - here.y) / scale))
+        if found is None or abs(found[0] - here.parameter) > reach:
+            return None
+        y = found[1].copy()
+        y[len(apart) : -1] *= 2.0
+        with contextlib.suppress(LeavesRegion):
+            residual, _, shot = whole(y)
+            point = replace(here, y=y, residual=float(np.abs(residual).max()), note=shot)
+            return Passed(point, end=self.end(point, "period halves"))
+        return None
+
+    def _halves(self, point: CurvePoint) -> Floats | None:
+        """How far a cycle is from its start after half a period; None: with other modes."""
+        word, rounds, free = self.shooting.word or (), self.shooting.rounds, self.shooting.free
+        if word != 2 * word[: len(word) // 2] or not (free or rounds % 2 == 0):
+            return None
+        shooter = Shooter(point.note.model, rtol=self.shooting.rtol, tangents=False)
+        start = point.note.state
+        end = shooter.leg(start, EVENTS, max_time=0.5 * point.note.leg.duration).state
+        same = (end.mode == start.mode).all()
+        return np.asarray((end.z - start.z) @ self.shooting.section.ways) if same else None
+
+    def _closing(
+        self, here: CurvePoint, new: CurvePoint, goals: Sequence[CurvePoint]
+    ) -> tuple[float, CurvePoint] | None:
+        """Find the cycle from which the walk set out, from whatever section it is met again."""
+        for goal in goals:
+            start, rises = goal.parameter, goal.tangent[-1] * new.tangent[-1] > 0.0
+            if rises and (here.parameter - start) * (new.parameter - start) < 0.0:
+                there = self.curve.between(here, new, partial(_off, start))
+                if same_cycle(_cycle(there), _cycle(goal)):
+                    return self._share(here, new, there), there
+        return None
 
     def _passes_rest(self, a: CurvePoint, b: CurvePoint) -> bool:
         """Whether a slip cycle has shrunk to steady sliding and grown again, mirrored in time."""
@@ -289,6 +350,10 @@ class _CycleFollower(Follower):
 
 def _cycle(point: CurvePoint) -> Cycle:
     return cycle_of(point.note)
+
+
+def _off(value: float, point: CurvePoint) -> float:
+    return point.parameter - value
 
 
 def _off_one(point: CurvePoint) -> float:
