@@ -10,6 +10,7 @@ import pytest
 from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
+from stickslip.analysis.attractors.basin_pieces import EdgeCause
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import breakpoints
@@ -84,6 +85,14 @@ def test_annotations_of_every_registered_class_can_be_read():
     for cls in classes:
         if dataclasses.is_dataclass(cls) or issubclass(cls, tuple):
             assert set(_hints(cls)) >= set(cls.__annotations__) - {"_texts"}
+
+
+def test_a_part_that_holds_a_nan_is_loaded_equal(path):
+    cause = EdgeCause("unresolved")
+    assert math.isnan(cause.source)
+    save(cause, path)
+    assert load(path) == cause
+    assert hash(load(path)) == hash(cause)
 
 
 def test_orbits_and_breakpoints(path):

@@ -25,9 +25,10 @@ def register(cls: Class) -> Class:
 
 
 def part(cls: Class) -> Class:
-    """Register a dataclass or named tuple that results hold; without `eq`, equal by value."""
-    if cls.__eq__ is object.__eq__:  # type: ignore[comparison-overlap]
-        cls.__eq__ = equal_results  # type: ignore[method-assign, assignment]
+    """Register a dataclass or named tuple that results hold; a dataclass is equal by value."""
+    # The `__eq__` that a dataclass comes with takes a NaN that was loaded for another one.
+    if dataclasses.is_dataclass(cls):
+        cls.__eq__ = equal_results  # type: ignore[method-assign]
         cls.__hash__ = hash_of_result  # type: ignore[method-assign, assignment]
     return register(cls)
 
