@@ -54,6 +54,13 @@ def test_what_arrived_is_shown_in_few_characters(kind):
         assert len(str(error.value)) < 300
 
 
+def test_a_number_of_a_grid_is_told_with_the_grid_s_name():
+    with pytest.raises(ValueError, match=r"^lo = nan of grid = \(nan, 1.0, 3\) "):
+        grid("grid", (np.nan, 1.0, 3))
+    with pytest.raises(ValueError, match=r"n \(values of grid = .*\) must be a whole number"):
+        grid("grid", (0.0, 1.0, 1))
+
+
 def test_long_numbers_show_how_many_digits_they_have():
     assert shown(10**400) == "100000000000... (401 digits)"
     assert shown(-(10**400)) == "-10000000000... (401 digits)"
@@ -105,7 +112,7 @@ def test_a_tuple_is_a_grid_and_everything_else_is_values():
         with pytest.raises(ValueError, match="V"):
             grid("V", wrong)
     for wrong in ((0.03, np.inf, 3), ("a", 0.04, 3), (0.03, 0.04, 10**16)):
-        with pytest.raises(ValueError, match="grid V"):
+        with pytest.raises(ValueError, match=r"of V = \("):
             grid("V", wrong)
     for wrong in ([], 0.03, "0.03", [[0.03, 0.04]], [0.03, np.nan], None, {0.1, 0.2}):
         with pytest.raises(ValueError, match="V = "):

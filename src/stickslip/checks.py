@@ -163,8 +163,9 @@ def grid(name: str, given: Any) -> Floats:
                 "values, a whole number. Write the values themselves as a list, [...]."
             )
         ends = zip(("lo", "hi"), given, strict=False)
-        lo, hi = (finite_number(end, value, of=f"the grid {name}") for end, value in ends)
-        what = f"values of the grid {name}"
+        whole = f"{name} = {shown(given)}"
+        lo, hi = (finite_number(end, value, of=whole) for end, value in ends)
+        what = f"values of {whole}"
         return np.linspace(lo, hi, whole_number("n", given[2], 2, at_most=MOST_VALUES, what=what))
     values = real_numbers(name, given)
     if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():

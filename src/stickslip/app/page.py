@@ -238,7 +238,7 @@ def _parameter(name: str) -> dict[str, Any]:
     return {
         "name": name,
         "symbol": _unicode(term.symbol),
-        "meaning": term.meaning,
+        "meaning": term.meaning.replace("_", ""),  # words have no subscripts
         **SLIDERS.get(name, {}),
     }
 

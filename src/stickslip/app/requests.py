@@ -245,7 +245,6 @@ class Diagram(OfMap, frozen=True, kw_only=True):
     window: Interval | None = None
     values: Annotated[int, Meta(ge=2, le=2000)] = 300
     max_period: Period = 4
-    bifurcations: bool = True
 
 
 REQUESTS: Final[dict[str, type[Request]]] = {

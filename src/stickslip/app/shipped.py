@@ -41,7 +41,7 @@ NO_SERVER: Final = (
     " 'Browsers run the scripts of this folder only from a web server. "
     "stickslip explore --export page.html writes a page that opens from a file.';</script>"
 )
-UNREAD: Final = {"causes", "undecided", "left", "thin", "unresolved"}
+UNREAD: Final = {"causes", "undecided", "left", "thin"}
 """What the page does not draw."""
 
 

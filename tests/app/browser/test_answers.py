@@ -1,6 +1,7 @@
 """One rule for the state of an answer: shown at once, current, stale or failed, in every view."""
 
 import pytest
+from tests.app.browser.test_looks import violations
 
 from stickslip.app.folder import preset_names
 
@@ -290,3 +291,48 @@ def test_nothing_blanks_while_a_parameter_plays(explorer):
     explorer.page.wait_for_function("() => explorer.parameter > 0.03662")
     explorer.page.keyboard.press("p")
     assert explorer.page.evaluate("() => { clearInterval(watch); return blank; }") == []
+
+
+def test_what_an_answer_leaves_undecided_is_told_and_listed(explorer):
+    """The diagram's, in its own panel and in the table that lists its bifurcations."""
+    explorer.settle("diagram")
+    keys = explorer.page.keyboard
+    keys.press("o")
+    diagram, table = (explorer.panel(name).locator(".incomplete") for name in ("diagram", "table"))
+    assert diagram.is_hidden()
+    explorer.page.evaluate(
+        """() => {
+            const { parts } = explorer.answers.get("diagram");
+            const said = { data: { unresolved: ["orbits at X_2", "a sudden change"] }, arrays: {} };
+            parts.push(said, said);
+            explorer.judge();
+        }"""
+    )
+    for told in (table, diagram):
+        assert told.text_content() == "incomplete: 2 unresolved"
+        told.focus()
+        keys.press("Enter")
+        dialog = explorer.page.get_by_role("dialog")
+        assert dialog.get_by_role("heading").text_content().endswith(": unresolved")
+        assert dialog.get_by_role("listitem").all_text_contents() == [
+            "orbits at X₂",
+            "a sudden change",
+        ]
+        assert not violations(explorer, "dialog")
+        keys.press("Escape")
+        dialog.wait_for(state="detached")
+        assert told.evaluate("(button) => button === document.activeElement")
+    explorer.shoot("incomplete")
+    assert not violations(explorer, "[data-panel=diagram]")
+    keys.press("o")
+    explorer.page.evaluate("() => explorer.setParameter('alpha', 1.21)")
+    assert diagram.is_hidden()  # of older values
+
+
+@pytest.mark.parametrize("preset", ["coulomb", "drill-string", "brake"])
+def test_names_have_no_underscores(explorer, preset):
+    explorer.show(f"preset={preset}")
+    explorer.settle("basins")
+    assert "_" not in explorer.page.evaluate("() => document.body.innerText")
+    along = explorer.page.get_by_label("Parameter of the diagram").locator("option")
+    assert not any("_" in text for text in along.all_text_contents())

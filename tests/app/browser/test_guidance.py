@@ -329,7 +329,7 @@ def test_coordinates_and_parameters_have_one_name_in_all_texts(explorer):
     explorer.page.keyboard.press("o")
     assert explorer.plot("map").get_attribute("aria-label").startswith("From one return of")
     explorer.show("preset=hunting-axis", "map")
-    assert explorer.page.evaluate("() => explorer.written('A_3_1')") == "A3,1"
+    assert explorer.page.evaluate("() => explorer.written('A_3_1')") == "A₃,₁"
 
 
 def test_a_click_on_a_mark_snaps_to_it(explorer, collision):

@@ -69,7 +69,7 @@ def test_a_structure_s_return_map_is_a_map_of_the_line(explorer):
     explorer.settle("map", "power", "basins", "motion")
     assert explorer.panel("map").locator("h2").text_content() == "Return map"
     sentence = explorer.view("map", "view.sentence()")
-    assert sentence.startswith("Each release, the end of a stick, at x2")
+    assert sentence.startswith("Each release, the end of a stick, at x₂")
     orbits = explorer.view("map", "view.orbits.orbits.map(({ points }) => points[0])")
     state = STATES["hunting-axis"]
     f = ss.return_map(
@@ -96,7 +96,7 @@ def test_what_a_structure_has_not_is_told_in_a_sentence(explorer):
     assert explorer.panel("map").is_hidden()
     explorer.show("preset=brake")
     explorer.settle("basins")
-    assert "x_2 and v_2: see Basins" in explorer.panel("cycle").text_content()
+    assert "x₂ and v₂: see Basins" in explorer.panel("cycle").text_content()
     assert explorer.view("section", "view.axes") == ["x_2", "v_2"]
 
 

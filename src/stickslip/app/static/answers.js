@@ -35,6 +35,7 @@ const ENOUGH = {
  * @property {string} reason  in words, empty where it is current
  * @property {number | null} progress
  * @property {Answer["error"]} [error]
+ * @property {string[]} unresolved  what a whole answer to the present values leaves undecided
  */
 
 export class Answers {
@@ -95,11 +96,14 @@ export class Answers {
     const asked = newest && alike(newest.question, present) ? newest : undefined;
     const fits = shown && alike(shown.question, present);
     const progress = running && open ? (asked?.progress ?? 0) : null;
+    const texts = (fits && shown.done && shown.parts.flatMap(({ data }) => data.unresolved ?? [])) || [];
+    const unresolved = [...new Set(/** @type {string[]} */ (texts))]; // parts tell the same of one table
     const as = (/** @type {Standing["kind"]} */ kind, reason = "", error = asked?.error) => ({
       kind,
       reason,
       progress,
       error,
+      unresolved,
     });
     if (asked?.error)
       return as("failed", asked.error.field ? "not with these values" : asked.error.message);

@@ -13,12 +13,12 @@ import {
   continuousParameters,
   coordinateOf,
   hasLineMap,
-  indexed,
   mapOf,
   slidersOf,
   valueOf,
   withValue,
 } from "./model.js";
+import { spelled } from "./numbers.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, same, Store } from "./state.js";
 
@@ -92,16 +92,16 @@ export class App {
     return Number(valueOf(this.limits, this.state.model, this.state.diagram.parameter));
   }
 
-  /** @param {string} name */
+  /** Of a parameter, or of `d`. @param {string} name */
   symbol(name) {
+    if (name === "d") return coordinateOf(this.state);
     const known = continuousParameters(this.limits, this.state.model);
-    return indexed(known.find((one) => one.name === name)?.symbol ?? name);
+    return known.find((one) => one.name === name)?.symbol ?? name;
   }
 
   /** A parameter, or `d`, as it is named in texts. @param {string} name */
   written(name) {
-    if (name === "d") return coordinateOf(this.state).replace("_", "");
-    return this.symbol(name).replace(/_\{([\w,]+)\}/, "$1").replace("Vdr", "V");
+    return spelled(this.symbol(name).replace("V_dr", "V")).replace("_", "");
   }
 
   // --- changes that several controls make ------------------------------------------------------
@@ -309,7 +309,10 @@ export class App {
   /** Show every view's state, and what is wrong with the values in one place. */
   judge() {
     const standings = new Map(slotsFor(this.state).map((slot) => [slot, this.standing(slot)]));
-    for (const { panel, slots } of this.views) panel.stand(standings.get(slots[0]));
+    for (const { panel, slots } of this.views) {
+      panel.stand(standings.get(slots[0]));
+      panel.list(slots.flatMap((slot) => standings.get(slot)?.unresolved ?? []));
+    }
     const wrong = [...standings.values()].find(({ error }) => error?.field)?.error;
     this.showError(wrong?.field ?? null, wrong?.message ?? "");
   }

@@ -106,7 +106,7 @@ export class Controls {
     for (const rows of [this.modelRows, this.lawRows])
       if (again) /** @type {HTMLElement | null} */ (rows.querySelector(again))?.focus();
     const options = continuousParameters(limits, state.model).map((one) =>
-      element("option", { value: one.name }, `${one.symbol}, ${one.meaning}`),
+      element("option", { value: one.name }, `${this.app.written(one.name)}, ${one.meaning}`),
     );
     this.along.replaceChildren(...options);
   }

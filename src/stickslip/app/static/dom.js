@@ -17,6 +17,23 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/**
+ * Open a dialog with a title and a button that closes it.
+ * @param {string} title @param {string} look  its class @param {(Node | string)[]} content
+ */
+export function openDialog(title, look, ...content) {
+  const close = element("button", { type: "button", class: "close", onclick: () => dialog.close() }, "Close");
+  const dialog = element(
+    "dialog",
+    { class: look, "aria-labelledby": "dialog-title", onclose: () => dialog.remove() },
+    element("h2", { id: "dialog-title" }, title),
+    close,
+    ...content,
+  );
+  document.body.append(dialog);
+  dialog.showModal();
+}
+
 /** @type {EventTarget | null} What somebody is typing in and has not entered yet. */
 let edited = null;
 document.addEventListener("input", ({ target }) => (edited = target), true);

@@ -1,5 +1,5 @@
 /** Files and texts that the server makes of a view. */
-import { element } from "./dom.js";
+import { element, openDialog } from "./dom.js";
 
 /**
  * @param {{view: string, request: object, format: string}} wanted
@@ -37,15 +37,7 @@ export async function copy(text, done, announce) {
   } catch {
     const area = element("textarea", { readonly: true, rows: 14, "aria-label": "Text to copy" });
     area.value = text;
-    const close = element("button", { type: "button", onclick: () => dialog.close() }, "Close");
-    const dialog = element(
-      "dialog",
-      { "aria-label": "Text to copy", onclose: () => dialog.remove() },
-      area,
-      close,
-    );
-    document.body.append(dialog);
-    dialog.showModal();
+    openDialog("Text to copy", "copy", area);
     area.select();
   }
 }

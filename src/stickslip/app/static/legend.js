@@ -1,5 +1,5 @@
 /** What letters, marks, lines and colours mean: one table, from which the dialog is made. */
-import { element } from "./dom.js";
+import { element, openDialog } from "./dom.js";
 import { BIFURCATIONS, mark } from "./marks.js";
 import { modeBar } from "./modes.js";
 import { colors } from "./theme.js";
@@ -33,6 +33,7 @@ const GROUPS = {
     ["line stick 7", "", "rides on the belt"],
     ["line slip 2", "", "slips"],
     ["", "shipped answer", "computed before; gives way to what your machine computes"],
+    ["", "incomplete", "of the values set now, but for what could not be decided: the button lists it"],
     ["", "older values", "dimmed: not of the values set now; the reason stands beside it"],
     ["", "failed", "dimmed: nothing could be computed with these values"],
   ],
@@ -40,19 +41,11 @@ const GROUPS = {
 
 /** Opens the legend. */
 export function showLegend() {
-  const onclick = () => dialog.close();
-  const dialog = element(
-    "dialog",
-    { class: "help legend", "aria-labelledby": "legend-title", onclose: () => dialog.remove() },
-    element("h2", { id: "legend-title" }, "What the marks mean"),
-    element("button", { type: "button", class: "close", onclick }, "Close"),
-    ...Object.entries(GROUPS).flatMap(([title, rows]) => [
-      element("h3", {}, title),
-      element("dl", {}, ...rows.map(line)),
-    ]),
-  );
-  document.body.append(dialog);
-  dialog.showModal();
+  const groups = Object.entries(GROUPS).flatMap(([title, rows]) => [
+    element("h3", {}, title),
+    element("dl", {}, ...rows.map(line)),
+  ]);
+  openDialog("What the marks mean", "help legend", ...groups);
 }
 
 /** @param {string[]} row */

@@ -72,8 +72,11 @@ export function short(value, digits = 5) {
   return minus(String(plain));
 }
 
-/** A text in which X_2 is X₂. @param {string} text */
-export const spelled = (text) => text.replace(/_(\d)/g, (_, digit) => "₀₁₂₃₄₅₆₇₈₉"[Number(digit)]);
+/** A text in which X_2 is X₂, and A_3,1 A₃,₁. @param {string} text */
+export const spelled = (text) =>
+  text.replace(/_(\d+(?:,\d+)*)/g, (_, index) =>
+    index.replace(/\d/g, (/** @type {string} */ digit) => "₀₁₂₃₄₅₆₇₈₉"[Number(digit)]),
+  );
 
 /** Texts as a list in a sentence. @param {string[]} texts */
 export const listed = (texts) =>

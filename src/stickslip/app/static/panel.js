@@ -1,9 +1,10 @@
 /**
- * The frame of a view: title, the state of its answer, a sentence on what it shows, a menu to keep it.
+ * The frame of a view: title, the state of its answer, what that leaves undecided, a sentence on what
+ * it shows, a menu to keep it.
  *
  * @import {Standing} from "./answers.js"
  */
-import { element, iconButton } from "./dom.js";
+import { element, iconButton, openDialog } from "./dom.js";
 import { spelled } from "./numbers.js";
 
 const MOMENT_MS = 350;
@@ -17,6 +18,10 @@ export class Panel {
     this.id = id;
     this.title = element("h2", { id: `title-${id}`, title: help });
     this.badge = element("span", { class: "badge" });
+    const onclick = () => this.#showUnresolved();
+    this.incomplete = element("button", { type: "button", class: "incomplete", hidden: true, onclick });
+    /** What the answer leaves undecided. */
+    this.unresolved = "";
     this.sentence = element("p", { class: "sentence", id: `sentence-${id}` });
     this.bar = element("progress", { max: 1, value: 0, hidden: true });
     this.cancel = iconButton("stop", "", on.oncancel, { class: "icon-button cancel", hidden: true });
@@ -32,7 +37,8 @@ export class Panel {
       [menu.list, "Save or copy"],
     ];
     this.name(title);
-    const header = element("header", {}, this.title, this.badge, this.cancel, this.reset);
+    const state = [this.badge, this.incomplete];
+    const header = element("header", {}, this.title, ...state, this.cancel, this.reset);
     if (exports.length) header.append(menu.wrapper);
     this.section = element(
       "section",
@@ -64,6 +70,20 @@ export class Panel {
     this.section.toggleAttribute("data-busy", busy);
     this.#lasts("waits", busy, (on) => (this.bar.hidden = this.cancel.hidden = !on));
     this.#lasts("dim", kind === "stale" || kind === "failed");
+  }
+
+  /** Say that an answer leaves something undecided. @param {string[]} texts */
+  list(texts) {
+    const unresolved = texts.join("\n");
+    if (unresolved === this.unresolved) return;
+    this.unresolved = unresolved;
+    this.incomplete.hidden = !texts.length;
+    this.incomplete.textContent = `incomplete: ${texts.length} unresolved`;
+  }
+
+  #showUnresolved() {
+    const items = spelled(this.unresolved).split("\n").map((text) => element("li", {}, text));
+    openDialog(`${this.title.textContent}: unresolved`, "unresolved", element("ul", {}, ...items));
   }
 
   /**

@@ -421,7 +421,7 @@ function wrapped(context, text, width) {
  */
 export function mathText(context, text, x, y, color, after = "") {
   const parts = text
-    .split(/(_\{[^}]*\}|_.)/)
+    .split(/(_\{[^}]*\}|_\d+|_.)/)
     .filter(Boolean)
     .map((part) => {
       const low = part.startsWith("_");

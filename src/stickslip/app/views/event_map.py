@@ -215,7 +215,8 @@ def basins(request: requests.Basins) -> Iterator[Part]:
         "undecided": found.undecided,
         "left": found.left,
         "thin": found.thin,
-        "reason": found.reason,
+        "counts": found.counts,
+        "unresolved": [found.reason] if found.reason else [],
     }
     yield Part("basins", {"edges": found.edges, "label": found.index}, data)
 

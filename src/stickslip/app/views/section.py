@@ -43,12 +43,13 @@ def section(f: Any, request: requests.Basins) -> Iterator[Part]:
             "shares": [
                 float((found.index == k).sum() / max(inside, 1.0)) for k in range(len(told))
             ],
-            "undecided": found.undecided,
             "held": f.dimension - 2,
             "mistaken": found.mistaken,
             "checked": found.checked,
         }
         last = side == sides[-1]
+        if last and found.undecided:
+            data["unresolved"] = [f"where {found.undecided:.3g} of the starts end is not known"]
         yield Part("basins" if last else "coarse", arrays, data, 1.0 if last else 0.4)
 
 

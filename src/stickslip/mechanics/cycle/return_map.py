@@ -127,8 +127,8 @@ class SectionMap(ModelMap):
         self.chart: Chart = chart(plant, self.contact, mode, event == "release", coordinates)
         if not self.chart.names:
             raise ValueError(
-                f"the {event} of contact {contact} is one state: there is nothing to map. Take "
-                "the other event, or stickslip.find_cycle."
+                f"the {event} of contact {self.contact + 1} is one state: there is nothing to "
+                "map. Take the other event, or stickslip.find_cycle."
             )
         _ = self.chart.section  # which refuses forces without a common period
         self._window = checked_window(domain, self.chart.names)
@@ -185,8 +185,8 @@ class SectionMap(ModelMap):
         size = np.abs(self.chart.conditions(plant.reduced)) @ np.abs(z)
         if (np.abs(off) > ON_SECTION * (size + size_of(plant))).any():
             raise ValueError(
-                f"x = {shown(x)}, v = {shown(v)} is no {self.event} of contact {self.contact}: it "
-                f"is off by {off.tolist()} in its relative velocity and force."
+                f"x = {shown(x)}, v = {shown(v)} is no {self.event} of contact {self.contact + 1}: "
+                f"it is off by {off.tolist()} in its relative velocity and force."
             )
         row = self.chart.out(plant.reduced) @ z
         if section.period:
@@ -344,7 +344,7 @@ class LineReturnMap(SectionMap, LineMap):
         happens = np.flatnonzero(self._happens(grid))
         if not happens.size:
             raise ValueError(
-                f"contact {self.contact} is nowhere released or lands {self.direction} on this "
+                f"contact {self.contact + 1} is nowhere released or lands {self.direction} on this "
                 "section: give direction= or domain=."
             )
         first, last = int(happens[0]), int(happens[-1])

@@ -14,7 +14,7 @@ import { View } from "./view.js";
 /** Labels of starts that end on no attractor. @type {[number, string][]} */
 const REST = [
   [-2, "never stick together again"],
-  [-1, "stay undecided"],
+  [-1, "are not proved"],
 ];
 
 export class BasinsView extends View {
@@ -71,12 +71,26 @@ export class BasinsView extends View {
         ? "No attractor is known: from no start do the blocks go on sticking together."
         : "No attractor is known: from no start does the motion go on returning.";
     const ends = this.names().map((who, k) => ({ share: shares[k], what: `end on ${who}` }));
+    /** @type {[number, string][]} */
     const rest = sticksAsOne(this.app.state.model) ? REST : [[-2, "never return"], REST[1]];
     const told = [...ends, ...rest.map(([label, what]) => ({ share: shares[Number(label)] ?? 0, what }))]
       .filter(({ share }) => share > 5e-4)
       .map(({ share, what }) => `${percent(share)} ${what}`);
     const d = this.app.written("d");
-    return `Of ${this.app.state.windows.map ? `the starts ${d} shown` : `all starts ${d}`} ${listed(told)}.`;
+    const { map } = this.app.state.windows;
+    return `Of ${map ? `the starts ${d} shown` : `all starts ${d}`} ${listed(told)}.${map ? "" : this.sampled(rest)}`;
+  }
+
+  /** Where samples of what is not proved end. @param {[number, string][]} rest */
+  sampled(rest) {
+    /** @type {number[]} */ const counts = this.part?.data.counts ?? [];
+    const all = counts.reduce((a, b) => a + b, 0);
+    const whats = [...this.names().map((who) => `end on ${who}`), rest[0][1], "are undecided"];
+    const told = counts
+      .map((count, k) => [count, whats[k]])
+      .filter(([count]) => count)
+      .map(([count, what]) => `${percent(Number(count) / all)} ${what}`);
+    return told.length ? ` Of samples of these ${listed(told)}.` : "";
   }
 
   /** Of what is shown, by label. */
@@ -165,7 +179,7 @@ export class BasinsView extends View {
     let at = label.length - 1;
     while (at > 0 && edges[at] > x) at--;
     const nowhere = sticksAsOne(this.app.state.model) ? "no further common stick" : "no return";
-    const who = this.names()[label[at]] ?? (label[at] === -2 ? nowhere : "undecided");
+    const who = this.names()[label[at]] ?? (label[at] === -2 ? nowhere : "not proved");
     return `${this.app.written("d")} = ${short(x, 7)}: ${who}\nfrom ${short(edges[at], 8)} to ${short(edges[at + 1], 8)}`;
   }
 }

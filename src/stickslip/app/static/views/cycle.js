@@ -5,7 +5,7 @@
  */
 import { element } from "../dom.js";
 import { mapOf, sticksAsOne } from "../model.js";
-import { listed, short } from "../numbers.js";
+import { listed, short, spelled } from "../numbers.js";
 import { View } from "./view.js";
 
 export class CycleView extends View {
@@ -66,7 +66,7 @@ function stability({ stable, multipliers }) {
 /** A table of names and what is said of them. @param {string[][]} lines */
 function rowsOf(lines) {
   const rows = lines.map(([name, value]) =>
-    element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value)),
+    element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, spelled(value))),
   );
   return element("table", {}, element("tbody", {}, ...rows));
 }

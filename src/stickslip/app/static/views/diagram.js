@@ -8,7 +8,7 @@
 import { BIFURCATIONS, Labels, mark } from "../marks.js";
 import { noStrands, strands } from "../strands.js";
 import { AWAY, bifurcationThings, told, under } from "../objects.js";
-import { coordinateOf } from "../model.js";
+import { indexed } from "../model.js";
 import { short, span, spelled } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
@@ -52,8 +52,8 @@ export class DiagramView extends View {
 
   update() {
     const { parameter, state: { diagram, d } } = this.app;
-    this.plot.options.xlabel = this.app.symbol(diagram.parameter);
-    this.plot.options.ylabel = coordinateOf(this.app.state);
+    this.plot.options.xlabel = indexed(this.app.symbol(diagram.parameter));
+    this.plot.options.ylabel = this.app.symbol("d");
     const vertical = diagram.view ?? diagram.window ?? this.extent();
     this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]), parameter, d);
   }
