@@ -12,7 +12,12 @@ from tests.app.talk import CHAIN, COULOMB
 
 import stickslip as ss
 from stickslip.app.exports import formats
+from stickslip.app.folder import presets
+from stickslip.app.shipped import questions
+from stickslip.mechanics.model.file import model_of_values
 from stickslip.plot import animation
+
+SAMPLED = 1e-2  # extremes of a curve and of its samples
 
 ASKED = {
     "event_map": {"points": 60, "max_period": 1},
@@ -124,3 +129,40 @@ def test_a_formula_is_written_as_python(client):
     line = next(line for line in text.splitlines() if line.startswith("model = "))
     made = ss.friction_law(law["law"], parameters={"mu": 0.3, "v": 0.1}, forward="exp(-s)")
     assert eval(line.removeprefix("model = "), {"ss": ss}).friction == made
+
+
+STATES = {preset["name"]: preset["state"] for preset in presets()}
+
+
+def motion_of(preset):
+    """Ask for a preset's motion as its page does."""
+    asked = (request for slot, _, request in questions(STATES[preset]) if slot == "motion")
+    return {"model": STATES[preset]["model"], **next(asked)}
+
+
+@pytest.mark.parametrize("preset", ["rubbing", "hunting-axis", "brake"])
+def test_a_portrait_of_a_structure_is_of_the_contact(client, preset):
+    """Coordinates of the state were drawn in its place, where there are as many."""
+    request = motion_of(preset)
+    rows = list(csv.DictReader(io.StringIO(export(client, "mechanism", "csv", **request).text)))
+    contacts = sum(name.startswith("u_") for name in rows[0])
+    assert contacts == model_of_values(request["model"]).n_blocks
+    del request["samples"]
+    for k in range(1, contacts + 1):
+        assert export(client, "portrait", "svg", block=k, **request).status_code == 200
+        names = {}
+        exec(export(client, "portrait", "python", block=k, **request).text, names)
+        drawn = np.concatenate([line.get_data() for line in names["ax"].lines[1:]], axis=1)
+        for told, seen in zip(("u", "w"), drawn, strict=True):
+            column = [float(row[f"{told}_{k}"]) for row in rows]
+            ends = [np.nanmin(seen), np.nanmax(seen)]
+            assert ends == pytest.approx([min(column), max(column)], abs=SAMPLED)
+
+
+def test_a_mechanism_that_is_no_row_of_blocks_is_not_drawn_but_told(client):
+    request = motion_of("brake")
+    reply = export(client, "mechanism", "svg", **request)
+    assert reply.status_code == 422
+    assert "of blocks on one belt" in reply.json()["error"]["message"]
+    assert export(client, "mechanism", "json", **request).json()["parts"]
+    assert "ax = motion.plot()" in export(client, "mechanism", "python", **request).text

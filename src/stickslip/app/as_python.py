@@ -149,6 +149,16 @@ def _simulated(request: requests.Motion) -> str:
     return f"motion = ss.simulate({model}, {named})"
 
 
+def _mechanism(request: requests.Mechanism) -> list[str]:
+    if not model_of(request).plant.rubs_as_one:  # its bodies have no places to be drawn at
+        return [_simulated(request), "ax = motion.plot()"]
+    return [
+        "from stickslip.plot.breaks import mechanism",
+        _simulated(request),
+        "ax = mechanism(model, x=motion.x(0.0))",
+    ]
+
+
 def _plane(request: requests.Plane) -> list[str]:
     two_blocks(request)
     return [
@@ -217,11 +227,7 @@ TEXTS: Final[dict[type[requests.Request], Any]] = {
         f"ax = phase_portrait(motion, {block_of(r)})",
     ],
     requests.Plane: _plane,
-    requests.Mechanism: lambda r: [
-        "from stickslip.plot.breaks import mechanism",
-        _simulated(r),
-        "ax = mechanism(model, x=motion.x(0.0))",
-    ],
+    requests.Mechanism: _mechanism,
     requests.Cycle: _cycle,
     requests.Locus: _locus,
     requests.Law: lambda r: [

@@ -55,6 +55,7 @@ COLUMNS: Final[dict[type[requests.Request], str]] = {
     requests.EventMap: "branches",
     requests.Cobweb: "orbit",
     requests.Motion: "motion",
+    requests.Mechanism: "motion",
     requests.Cycle: "cycle",
     requests.Law: "law",
     requests.Basins: "basins",
@@ -83,7 +84,7 @@ def formats(view: str) -> list[str]:
     """Return the formats of a view; MP4 needs a program, too."""
     kind = KNOWN[view]
     listed = ["svg", "png"] + ["csv"] * (kind in COLUMNS)
-    listed += ["json"] if kind in VIEWS else []
+    listed += ["json"] if kind in (*VIEWS, requests.Mechanism) else []
     listed += ["gif", "mp4"] if kind is requests.Mechanism else []
     return [*listed, "python"]
 
@@ -119,21 +120,25 @@ def _content(request: requests.Request, kind: str) -> bytes:
 
 def as_json(request: requests.Request) -> bytes:
     """Compute a view and return request and answer as a JSON document."""
-    parts = [
-        {"name": part.name, **part.arrays, **part.data} for part in VIEWS[type(request)](request)
-    ]
+    parts = [{"name": part.name, **part.arrays, **part.data} for part in _answered(request)]
     return msgspec.json.encode(plain({"request": msgspec.to_builtins(request), "parts": parts}))
 
 
 def as_csv(request: requests.Request) -> str:
     """Compute a view and return its curves, a row for each point."""
-    part = next(p for p in VIEWS[type(request)](request) if p.name == COLUMNS[type(request)])
+    part = next(part for part in _answered(request) if part.name == COLUMNS[type(request)])
     columns = dict(_columns(_point_rows(part)))
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*columns.values(), strict=True))
     return text.getvalue()
+
+
+def _answered(request: requests.Request) -> Iterator[Part]:
+    """Answer a request; what the mechanism shows is a motion."""
+    kind = requests.Motion if isinstance(request, requests.Mechanism) else type(request)
+    return VIEWS[kind](request)
 
 
 def _point_rows(part: Part) -> Mapping[str, NDArray[Any]]:

@@ -67,9 +67,19 @@ def mechanism(
     -------
     matplotlib.axes.Axes
         Equal scales, no frame.
+
+    Raises
+    ------
+    ValueError
+        Not all that moves rides on one belt.
     """
-    ax = axes_or_new(ax)
     plant = model.plant
+    if not plant.rubs_as_one:
+        raise ValueError(
+            "the mechanism is drawn of blocks on one belt, not of other structures. Draw the "
+            "motion: trajectory.plot(), stickslip.plot.phase_portrait."
+        )
+    ax = axes_or_new(ax)
     n = plant.n_contacts
     rest: Floats = _FIRST + _PITCH * np.arange(n, dtype=np.float64)
     centres = rest + _PER_UNIT * _displacements(model, x)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.mechanics.flow.at_contacts import at_contacts
 from stickslip.plot.style import PALETTE, axes_or_new
 from stickslip.vocabulary import symbol
 
@@ -54,7 +55,7 @@ def phase_portrait(trajectory: Any, block: int = 2, ax: Axes | None = None) -> A
     trajectory : Trajectory
         A simulated motion.
     block : int
-        1 or 2.
+        From 1; of a structure the contact.
     ax : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
 
@@ -65,8 +66,16 @@ def phase_portrait(trajectory: Any, block: int = 2, ax: Axes | None = None) -> A
     """
     ax = axes_or_new(ax)
     t = _times(trajectory)
-    x, v = trajectory.x(t)[..., block - 1], trajectory.v(t)[..., block - 1]
-    return draw_portrait(ax, x, v, block=block, V=trajectory.model.V)
+    model, V = trajectory.model, float(trajectory.model.plant.V[block - 1])
+    phase = np.minimum(np.searchsorted(trajectory.t, t, side="right"), len(trajectory.modes)) - 1
+    sticks = trajectory.modes[phase] == 0
+    u, w = at_contacts(model, t, trajectory.x(t), trajectory.v(t), sticks)
+    # What sticks has the belt's velocity, but for rounding.
+    v = np.where(sticks, V, w)[:, block - 1]
+    draw_portrait(ax, u[:, block - 1], v, block=block, V=V)
+    if not model.plant.rubs_as_one:
+        ax.set(xlabel=f"displacement of contact {block}", ylabel=f"velocity of contact {block}")
+    return ax
 
 
 def draw_portrait(

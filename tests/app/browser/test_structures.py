@@ -100,6 +100,22 @@ def test_what_a_structure_has_not_is_told_in_a_sentence(explorer):
     assert explorer.view("section", "view.axes") == ["x_2", "v_2"]
 
 
+def test_what_is_no_row_of_blocks_offers_no_picture_of_its_mechanism(explorer):
+    menu = explorer.panel("mechanism").locator("[role=menuitem]:not([hidden])")
+    formats = "(items) => items.map((item) => item.dataset.format)"
+    assert {"svg", "gif", "csv", "python"} <= set(menu.evaluate_all(formats))
+    explorer.show("preset=rubbing")
+    assert menu.evaluate_all(formats) == ["csv", "json", "python"]
+    explorer.panel("mechanism").locator(".export").click()
+    for _ in range(3):
+        explorer.page.keyboard.press("ArrowDown")
+    on = explorer.page.evaluate("() => document.activeElement.dataset.format")
+    explorer.page.keyboard.press("Escape")
+    assert on == "csv"  # round the menu
+    explorer.show()
+    assert "svg" in menu.evaluate_all(formats)
+
+
 def test_what_belongs_to_a_contact_has_its_name(explorer):
     explorer.show("preset=rubbing")
     portrait = explorer.panel("portrait-3")

@@ -28,6 +28,7 @@ export class Panel {
     this.reset = iconButton("fit", "", on.onreset, { class: "icon-button fit", hidden: true });
     this.body = element("div", { class: "body" });
     const menu = exportMenu(exports, on.onexport);
+    this.formats = menu.items;
     /** What has the panel's title in its name. @type {[HTMLElement, string][]} */
     this.named = [
       [this.bar, "Progress"],
@@ -104,6 +105,11 @@ export class Panel {
     }
   }
 
+  /** Offer some of the formats. @param {(format: string) => boolean} isOffered */
+  offer(isOffered) {
+    for (const item of this.formats) item.hidden = !isOffered(item.dataset.format ?? "");
+  }
+
   /** Set the title, with an exponent, and what is named after it. @param {string} text @param {number} [power] */
   name(text, power) {
     const whole = `${text}${power ?? ""}`;
@@ -168,21 +174,23 @@ function exportMenu(exports, onexport) {
     ),
   );
   const list = element("div", { class: "menu", role: "menu", hidden: true }, ...items);
+  const offered = () => items.filter(({ hidden }) => !hidden);
   const wrapper = element("div", { class: "menu-anchor" }, button, list);
 
   function toggle(/** @type {boolean} */ open) {
     list.hidden = !open;
     button.setAttribute("aria-expanded", String(open));
-    if (open) items[0].focus();
+    if (open) offered()[0].focus();
   }
   wrapper.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
     if (list.hidden) return;
-    const at = items.indexOf(/** @type {any} */ (document.activeElement));
+    const some = offered();
+    const at = some.indexOf(/** @type {any} */ (document.activeElement));
     const steps = /** @type {Record<string, number>} */ ({ ArrowDown: 1, ArrowUp: -1 });
     if (event.key === "Escape") {
       toggle(false);
       button.focus();
-    } else if (steps[event.key]) items[(at + steps[event.key] + items.length) % items.length].focus();
+    } else if (steps[event.key]) some[(at + steps[event.key] + some.length) % some.length].focus();
     else return;
     event.preventDefault();
     event.stopPropagation();
@@ -190,5 +198,5 @@ function exportMenu(exports, onexport) {
   wrapper.addEventListener("focusout", (/** @type {FocusEvent} */ event) => {
     if (!wrapper.contains(/** @type {Node | null} */ (event.relatedTarget))) toggle(false);
   });
-  return { wrapper, button, list };
+  return { wrapper, button, list, items };
 }

@@ -16,6 +16,7 @@ from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.return_map import SectionMap, return_map
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.eventmap.of_model import map_of as map_of_model
+from stickslip.mechanics.flow.at_contacts import at_contacts
 from stickslip.mechanics.flow.trajectory import simulate
 from stickslip.mechanics.model import locus as geometry
 
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 MAX_EVENTS: Final = 20_000
 CYCLE_SAMPLES: Final = 2000
 NO_CYCLE: Final = "no cycle was found"
-KNOWN_PLACE: Final = 1e-9  # of its velocity: as which a contact's displacement is recognised
 CODES: Final = np.array([0, 1, 2], dtype=np.uint8)
 """How modes travel: stick, forward (1), backward (-1, the last)."""
 
@@ -289,36 +289,6 @@ def sampled(found: Trajectory, samples: int) -> dict[str, NDArray[Any]]:
         "force": found.friction(t),
         "interval": _stick_intervals(found, t, u),
     }
-
-
-def at_contacts(
-    model: Model, t: Floats, x: Floats, v: Floats, sticks: NDArray[np.bool_]
-) -> tuple[Floats, Floats]:
-    """Displacements and velocities of the contacts, shape (n, m)."""
-    # One whose displacement is no function of the state goes on about its mean velocity.
-    plant = model.plant
-    if plant.n_positions:
-        return x @ plant.out.T, v @ plant.out.T
-    w = x @ plant.out.T
-    rates = np.concatenate([-plant.damping.T, plant.into.T, plant.force[None]])
-    wanted = np.zeros((len(rates), plant.n_contacts))
-    wanted[: len(plant.out.T)] = plant.out.T
-    places = np.linalg.lstsq(rates, wanted)[0]
-    off = np.abs(rates @ places - wanted).max(axis=0)
-    steps = np.diff(t)[:, None] * 0.5 * (w[1:] + w[:-1])
-    way = np.concatenate([np.zeros((1, w.shape[1])), np.cumsum(steps, axis=0)])
-    about = np.stack([_steady(t, *each) for each in zip(way.T, sticks.T, strict=True)], axis=-1)
-    return np.where(off <= KNOWN_PLACE * np.abs(plant.out).max(), x @ places, about), w
-
-
-def _steady(t: Floats, way: Floats, sticks: NDArray[np.bool_]) -> Floats:
-    """Take off the mean velocity, between landings late in the motion if there are any."""
-    landings = np.flatnonzero(sticks[1:] & ~sticks[:-1]) + 1
-    late = landings[t[landings] >= 0.5 * t[-1]]
-    first, last = (late[0], late[-1]) if len(late) > 1 else (0, len(t) - 1)
-    if t[last] == t[first]:
-        return way
-    return np.asarray(way - t * (way[last] - way[first]) / (t[last] - t[first]))
 
 
 def _stick_intervals(found: Trajectory, t: Floats, u: Floats) -> Floats:

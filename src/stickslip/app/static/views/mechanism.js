@@ -12,6 +12,7 @@ import { SANS, colors } from "../theme.js";
 import { contactName, Timeline } from "./motion.js";
 import { View } from "./view.js";
 
+const PICTURES = ["svg", "png", "gif", "mp4"];
 const BELT = 18; // height of the belt, pixels
 const RAISED = 16; // a body that does not rub itself, above the floor
 const MOST_NAMED = 4; // contacts of which a sentence says one by one what they do
@@ -40,6 +41,8 @@ export class MechanismView extends View {
     const { arrays } = this.app.clock;
     if (arrays && arrays !== this.of) {
       this.of = arrays;
+      // The server draws blocks on one belt, of which the contacts' displacements are the blocks' own.
+      this.panel.offer((format) => arrays.u === arrays.x || !PICTURES.includes(format));
       this.scene = sceneOf(this.app.clock.model, this.app.clock.motion?.parts[0]?.data, arrays);
       this.plot.redrawOver();
     }
