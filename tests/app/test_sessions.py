@@ -83,6 +83,17 @@ def test_a_bad_request_is_answered_with_the_field_at_fault(page, name):
     assert "Traceback" not in error["message"]
 
 
+@pytest.mark.parametrize(
+    ("view", "request_", "told"),
+    [
+        ("motion", {"d": 0.1, "t_end": 1e6}, "t_end must be a number <= 5000.0"),
+        ("event_map", {"power": 1.5}, "power must be a whole number, got `float`"),
+    ],
+)
+def test_what_is_wrong_with_a_field_is_told_in_words(page, view, request_, told):
+    assert page.error(view, **request_)["message"] == told
+
+
 FORMULA = {"law": "mu + (1 - mu) * exp(-s / v)", "mu": 0.3, "v": 0.1}
 
 

@@ -37,6 +37,8 @@ MOST_KNOTS: Final = 200  # of a tabulated law
 MOST_OPERATIONS: Final = 40  # of a formula: the compiler takes a second for each
 RAISE: Final = dis.opmap["RAISE_VARARGS"]
 PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
+KINDS: Final = {"float": "a number", "int": "a whole number", "str": "a text", "array": "a list"}
+EXPECTED: Final = re.compile(rf"^Expected `({'|'.join(KINDS)})`")
 NAMED: Final = re.compile(r"(?:^|[\]:] |\.)(\w+?)(?:_\d+|\[\d+\])* = ")
 
 
@@ -305,9 +307,10 @@ def decoded(content: str | bytes | Raw, kind: type[T]) -> T:
     try:
         return msgspec.json.decode(content, type=kind)
     except msgspec.ValidationError as error:
-        text = str(error)
-        place = PLACE.search(text)
-        raise BadRequestError(PLACE.sub("", text), place[1] if place else "") from None
+        text, place = PLACE.sub("", str(error)), PLACE.search(str(error))
+        field = place[1] if place else ""
+        wanted = EXPECTED.sub(lambda kind: f"{field} must be {KINDS[kind[1]]}", text)
+        raise BadRequestError(wanted if field else text, field) from None
     except (msgspec.DecodeError, RecursionError) as error:
         raise BadRequestError(f"not JSON: {error}") from None
 

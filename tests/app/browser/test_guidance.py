@@ -62,6 +62,26 @@ def test_a_map_without_orbits_says_so(explorer):
     assert found[3] == "Repeating after 2 sticks."
 
 
+def test_orbits_that_are_not_asked_for_are_not_those_of_other_values(explorer):
+    explorer.type_into("max_period", 0)
+    assert explorer.view("map", "view.orbits.orbits") == []
+    assert ", at f(d). Nearest" in sentence(explorer, "map")
+
+
+def test_a_diagram_without_an_attractor_shows_the_map_s_domain(explorer):
+    explorer.settle("diagram")
+    ends = explorer.page.evaluate(
+        """() => {
+            const view = explorer.views.find(({ id }) => id === "diagram");
+            Object.defineProperty(view, "dots", { get: () => [] });
+            view.update();
+            delete view.dots;
+            return view.plot.view.slice(2);
+        }"""
+    )
+    assert ends == pytest.approx(ss.examples.coulomb().domain)
+
+
 def test_no_two_orbits_have_one_name(explorer):
     orbits = explorer.view("map", "view.orbits.orbits")
     proper = {o["name"]: o["points"] for o in orbits if o["kind"] != "infinitely unstable"}

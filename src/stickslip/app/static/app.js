@@ -18,7 +18,7 @@ import {
   valueOf,
   withValue,
 } from "./model.js";
-import { spelled } from "./numbers.js";
+import { written } from "./numbers.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, same, Store } from "./state.js";
 
@@ -101,7 +101,7 @@ export class App {
 
   /** A parameter, or `d`, as it is named in texts. @param {string} name */
   written(name) {
-    return spelled(this.symbol(name).replace("V_dr", "V")).replace("_", "");
+    return written(this.symbol(name));
   }
 
   // --- changes that several controls make ------------------------------------------------------

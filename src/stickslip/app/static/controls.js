@@ -29,6 +29,7 @@ import {
   withLaw,
   withLaws,
 } from "./model.js";
+import { written } from "./numbers.js";
 import { clean, completeAlong, completeState, same } from "./state.js";
 
 export class Controls {
@@ -106,7 +107,7 @@ export class Controls {
     for (const rows of [this.modelRows, this.lawRows])
       if (again) /** @type {HTMLElement | null} */ (rows.querySelector(again))?.focus();
     const options = continuousParameters(limits, state.model).map((one) =>
-      element("option", { value: one.name }, `${this.app.written(one.name)}, ${one.meaning}`),
+      element("option", { value: one.name }, `${written(one.symbol)}, ${one.meaning}`),
     );
     this.along.replaceChildren(...options);
   }
@@ -131,7 +132,7 @@ export class Controls {
    * @param {((state: State) => void)[]} shows
    */
   #number(one, get, set, shows) {
-    const label = `${one.meaning} ${one.symbol}`;
+    const label = `${one.meaning} ${written(one.symbol)}`;
     const slider = sliderOf(one, label, set);
     const typed = element("input", {
       type: "number",

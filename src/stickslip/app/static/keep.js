@@ -12,6 +12,8 @@ export async function keep(wanted, announce) {
     method: "POST",
     headers: { "Content-Type": "application/json" },
     body: JSON.stringify(wanted),
+  }).catch(() => {
+    throw new Error("the server does not answer");
   });
   if (!reply.ok) {
     const answer = await reply.json().catch(() => null);

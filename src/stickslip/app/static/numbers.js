@@ -78,6 +78,9 @@ export const spelled = (text) =>
     index.replace(/\d/g, (/** @type {string} */ digit) => "₀₁₂₃₄₅₆₇₈₉"[Number(digit)]),
   );
 
+/** A symbol as it stands in texts. @param {string} symbol */
+export const written = (symbol) => spelled(symbol.replace("V_dr", "V")).replace("_", "");
+
 /** Texts as a list in a sentence. @param {string[]} texts */
 export const listed = (texts) =>
   [texts.slice(0, -1).join(", "), ...texts.slice(-1)].filter(Boolean).join(" and ");

@@ -44,7 +44,8 @@ export const isThrough = ({ kind }) => kind === "infinitely unstable";
 export function orbitsOf(app) {
   const answer = app.answers.get("map");
   const now = answer?.parts.findLast((part) => part.data.orbits);
-  const before = answer?.before.findLast((part) => part.data.orbits);
+  // A whole answer without them was not asked for any.
+  const before = answer?.done ? undefined : answer?.before.findLast((part) => part.data.orbits);
   /** @type {Orbit[]} */
   const orbits = [...((now ?? before)?.data.orbits ?? [])];
   // Those that follow from the last map lack what only a search finds.

@@ -92,7 +92,7 @@ export class DiagramView extends View {
   /** What the dots span. */
   extent() {
     const [low, high] = span(...this.dots.map(([, points]) => points));
-    if (!(high >= low)) return [-1, 1];
+    if (!(high >= low)) return this.app.domain() ?? [-1, 1];
     const pad = 0.06 * (high - low) || 0.1;
     return [low - pad, high + pad];
   }
