@@ -166,3 +166,10 @@ def test_a_mechanism_that_is_no_row_of_blocks_is_not_drawn_but_told(client):
     assert "of blocks on one belt" in reply.json()["error"]["message"]
     assert export(client, "mechanism", "json", **request).json()["parts"]
     assert "ax = motion.plot()" in export(client, "mechanism", "python", **request).text
+
+
+def test_columns_of_a_plane_are_named_by_its_coordinates(client):
+    state = STATES["brake"]
+    request = {"model": state["model"], "section": state["section"], "resolution": 0.1}
+    text = export(client, "basins", "csv", **request).text
+    assert text.splitlines()[0] == "x_2,v_2,attractor"

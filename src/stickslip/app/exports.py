@@ -147,7 +147,8 @@ def _point_rows(part: Part) -> Mapping[str, NDArray[Any]]:
         raise BadRequestError(part.data["why"])
     if "index" in part.arrays:  # points of a grid
         x, y = np.meshgrid(part.arrays["x"], part.arrays["y"], indexing="ij")
-        return {"d_1": x.ravel(), "d_2": y.ravel(), "attractor": part.arrays["index"].ravel()}
+        points = zip(part.data["coordinates"], (x.ravel(), y.ravel()), strict=True)
+        return {**dict(points), "attractor": part.arrays["index"].ravel()}
     if part.name == "basins":  # edges enclose intervals
         edges = part.arrays["edges"]
         return {"left": edges[:-1], "right": edges[1:], "attractor": part.arrays["label"]}

@@ -116,6 +116,34 @@ def test_what_is_no_row_of_blocks_offers_no_picture_of_its_mechanism(explorer):
     assert "svg" in menu.evaluate_all(formats)
 
 
+def test_cells_of_a_plane_have_no_gaps_at_any_width(explorer):
+    """Where a border fell on half a pixel it was rounded to one for each of its cells."""
+    lefts, rights = explorer.page.evaluate(
+        """() => {
+            const view = explorer.views.find(({ id }) => id === "section");
+            const x = Array.from({ length: 64 }, (_, k) => -1.4998493888415396 + k * 0.0396686502);
+            const part = { arrays: { x, y: x, index: new Int32Array(64 * 64) }, data: {} };
+            const [lefts, rights] = [[], []];
+            for (let width = 400; width < 480; width++) {
+                const fillRect = (left, top, w) => (lefts.push(left), rights.push(left + w));
+                const context = { fillRect };
+                const frame = { left: 40, right: 40 + width, top: 8, bottom: 200, context };
+                const plot = Object.assign(Object.create(view.plot), frame);
+                plot.shown = [x[0], x[63], -1, 1];
+                const of = { part, plot, attractors: [] };
+                const given = Object.entries(of).map(([name, value]) => [name, { value }]);
+                const stand = Object.create(view, Object.fromEntries(given));
+                Object.getPrototypeOf(view).paint.call(stand);
+            }
+            return [lefts, rights];
+        }"""
+    )
+    assert len(lefts) == 80 * 64
+    assert [a for k, a in enumerate(lefts) if k % 64] == [
+        b for k, b in enumerate(rights) if (k + 1) % 64
+    ]
+
+
 def test_what_belongs_to_a_contact_has_its_name(explorer):
     explorer.show("preset=rubbing")
     portrait = explorer.panel("portrait-3")

@@ -28,6 +28,7 @@ def section(f: Any, request: requests.Basins) -> Iterator[Part]:
     """Find the attractors, then who is attracted where: evidence, with its numbers."""
     known = attractors(f)
     plane = f.dimension == 2
+    names = getattr(f, "coordinates", ("d_1", "d_2"))[:2]
     told = [_attractor(each, plane=plane) for each in known]
     yield Part("attractors", data={"attractors": told}, progress=0.1)
     sides = sides_of(request)
@@ -40,6 +41,7 @@ def section(f: Any, request: requests.Basins) -> Iterator[Part]:
             "index": found.index,
         }
         data = {
+            "coordinates": names,
             "shares": [
                 float((found.index == k).sum() / max(inside, 1.0)) for k in range(len(told))
             ],

@@ -83,15 +83,16 @@ export class SectionView extends View {
     if (!part) return plot.message(this.emptyText("basins"));
     const { x, y, index } = part.arrays;
     const { context } = plot;
-    const [dx, dy] = [(x[1] - x[0]) / 2, (y[1] - y[0]) / 2];
+    const lefts = borders(x).map((at) => Math.round(plot.x(at)));
+    const lows = borders(y).map((at) => Math.round(plot.y(at)));
     context.globalAlpha = 0.55;
     for (let i = 0; i < x.length; i++) {
-      const [left, right] = [plot.x(x[i] - dx), plot.x(x[i] + dx)].map(Math.round);
+      const [left, right] = [lefts[i], lefts[i + 1]];
       for (let j = 0, from = 0; j < y.length; j = from) {
         const label = index[i * y.length + j];
         for (from = j + 1; from < y.length && index[i * y.length + from] === label; from++);
         if (label < -1) continue; // outside the locus, or no return
-        const [low, high] = [plot.y(y[j] - dy), plot.y(y[from - 1] + dy)].map(Math.round);
+        const [low, high] = [lows[j], lows[from]];
         context.fillStyle = label < 0 ? colors().muted : nth(label + 4).color;
         context.fillRect(left, high, right - left, low - high);
       }
@@ -119,6 +120,10 @@ export class SectionView extends View {
     return `${first} = ${short(px, 5)}, ${second} = ${short(py, 5)}: ${who}`;
   }
 }
+
+/** Where cells about equidistant numbers meet: one more than these. @param {ArrayLike<number>} values */
+const borders = (values) =>
+  Array.from({ length: values.length + 1 }, (_, k) => values[0] + (k - 0.5) * (values[1] - values[0]));
 
 /** Of equidistant numbers. @param {ArrayLike<number>} values @param {number} at */
 const nearest = (values, at) => {
