@@ -229,6 +229,22 @@ def test_what_is_stopped_says_so(lonely):
     assert badge.text_content() == "older values: stopped"
 
 
+def test_what_is_stopped_stays_so_where_a_sentence_has_another_line(explorer):
+    """A plot that got lower had everything asked again, what had been stopped, too."""
+    explorer.settle("diagram")
+    explorer.type_into("beta", 1.31)
+    explorer.page.wait_for_function("() => explorer.connection.running.has('diagram')")
+    explorer.page.keyboard.press("Escape")
+    explorer.page.wait_for_function("() => !explorer.connection.running.has('diagram')")
+    explorer.panel("diagram").locator(".sentence").evaluate(
+        "(sentence) => (sentence.style.minHeight = '60px')"
+    )
+    explorer.page.wait_for_timeout(400)  # sizes are taken up, and answers asked for, by then
+    badge = explorer.panel("diagram").locator(".badge").text_content()
+    explorer.panel("diagram").locator(".sentence").evaluate("({ style }) => (style.minHeight = '')")
+    assert badge == "older values: stopped"
+
+
 def test_who_comes_back_asks_what_is_wanted_now(explorer):
     """Not first what a slot asked before the connection was lost, nor what was given up."""
     sent, told = explorer.page.evaluate(

@@ -373,6 +373,7 @@ export class App {
    * @param {number} width
    */
   sized(id, width) {
+    if (width === this.widths[id]) return; // a sentence has another line: what was stopped stays so
     this.widths[id] = width;
     clearTimeout(this.sizeTimer);
     this.sizeTimer = setTimeout(() => this.askAll(), REST_MS);
