@@ -40,9 +40,7 @@ SAME_WAY: Final = 0.7  # cosine
 ROUNDINGS: Final = 64.0  # in a multiplier
 EPS: Final = float(np.finfo(np.float64).eps)
 SHORT: Final = 1e-3  # scaled: a step that may bracket a point where Newton's method has no hold
-JUMP: Final = (
-    0.1  # of a test function: what is left of it where it jumps, and not where it vanishes
-)
+JUMP: Final = 0.1  # of a test function, at what seems its zero: there it jumps instead
 ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis
 
 
