@@ -47,14 +47,27 @@ def test_displacements_are_those_of_the_definition():
     got = zero_one_test(values, n_frequencies=1, rng=3)
     (c,) = got.frequencies
     j = np.arange(1, 201)
-    p, q = np.cumsum(values * np.cos(j * c)), np.cumsum(values * np.sin(j * c))
+    about = values - values.mean()  # whose mean square displacement has no part that oscillates
+    p, q = np.cumsum(about * np.cos(j * c)), np.cumsum(about * np.sin(j * c))
     lag = np.arange(1, 21)
     moved = [
-        np.mean((p[n : n + 180] - p[:180]) ** 2 + (q[n : n + 180] - q[:180]) ** 2)
-        - values.mean() ** 2 * (1 - np.cos(n * c)) / (1 - np.cos(c))
-        for n in lag
+        np.mean((p[n : n + 180] - p[:180]) ** 2 + (q[n : n + 180] - q[:180]) ** 2) for n in lag
     ]
     assert got.growth[0] == pytest.approx(np.corrcoef(lag, moved)[0, 1], abs=1e-10)
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-9, 1e160, 1e300])
+@pytest.mark.parametrize("offset", [0.0, 1e3, 1e6])
+def test_neither_the_unit_nor_the_zero_of_a_series_matters(scale, offset):
+    t = np.arange(1000.0)
+    for series in (np.random.default_rng(0).uniform(size=1000), np.cos(0.7 * t)):
+        moved = zero_one_test(scale * (series + offset))
+        assert moved.value == pytest.approx(zero_one_test(series).value, rel=0, abs=1e-6)
+
+
+def test_a_series_that_never_changes_is_regular():
+    assert not zero_one_test(np.full(1000, 0.1)).chaotic
+    assert zero_one_test(np.zeros(1000)).value == 0.0
 
 
 @pytest.mark.parametrize("bad", [[1.0] * 99, [[1.0] * 200], [np.nan] * 200, "chaos"])
