@@ -9,6 +9,7 @@ from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.blocks import Chain, Oscillator
+from stickslip.mechanics.model.units import Units
 from stickslip.plot.breaks import mechanism
 from stickslip.plot.law import friction_characteristic
 from stickslip.plot.locus import stick_locus
@@ -178,6 +179,18 @@ class TestMotion:
         for block, line in enumerate(ax.lines):
             drawn = np.interp(t, *line.get_xydata().T)
             np.testing.assert_allclose(drawn, motion.friction(t)[:, block], rtol=0, atol=1e-3)
+
+    @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+    def test_a_physical_motion_has_physical_symbols_and_as_many_points_in_any_unit(self, ax, scale):
+        units = Units(m=2.0, k=2.0 / scale**2, fs1=3.0)  # scale: unit of time
+        motion = simulate(examples.coulomb(), d=0.1, t_end=80)
+        time_series(examples.coulomb().to_physical(motion, units), "v", ax)
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("$t$", r"$\dot{x}_{i}$")
+        t, v = ax.lines[0].get_xydata().T
+        time_series(motion, "v", ax)
+        tau, dimensionless = ax.lines[2].get_xydata().T
+        np.testing.assert_allclose(t, scale * tau, rtol=1e-14)
+        np.testing.assert_allclose(v, units.scale("velocity") * dimensionless, rtol=1e-14)
 
     @pytest.mark.parametrize("block", [1, 2])
     def test_ends_of_the_stick_interval_need_the_static_limit(self, block):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -16,7 +16,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.mechanics.model.two_block import TwoBlock
+    from stickslip.mechanics.model.units import Quantity
     from stickslip.numerics.arrays import Floats
+
+_PHYSICAL: Final[dict[str, tuple[Quantity, str]]] = {  # what is scaled, and the paper's symbol
+    "t": ("time", "$t$"),
+    "x": ("displacement", "$x_{i}$"),
+    "v": ("velocity", r"$\dot{x}_{i}$"),
+    "friction": ("force", "$f_{i}$"),
+}
 
 
 def sample_times(
@@ -123,7 +131,7 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
 
     Parameters
     ----------
-    trajectory : Trajectory
+    trajectory : Trajectory or PhysicalTrajectory
         A simulated motion.
     name : {"x", "v", "friction"}
         Which function of time.
@@ -143,12 +151,18 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
     if name not in ("x", "v", "friction"):
         raise ValueError(f"name = {name!r} must be 'x', 'v' or 'friction'")
     ax = axes_or_new(ax)
-    t = _times(trajectory)
-    values = getattr(trajectory, name)(t)
+    units = getattr(trajectory, "units", None)
+    motion = trajectory if units is None else trajectory.trajectory
+    t = _times(motion)  # as dense for one cycle whatever the unit of time
+    values = getattr(motion, name)(t)
+    labels = symbol("t"), symbol(name, "i")
+    if units is not None:
+        (time, time_symbol), (quantity, value_symbol) = _PHYSICAL["t"], _PHYSICAL[name]
+        t, values = units.to_physical(time, t), units.to_physical(quantity, values)
+        labels = time_symbol, value_symbol
     for block in range(values.shape[-1]):
         ax.plot(t, values[:, block], label=f"block {block + 1}")
-    ax.set_xlabel(symbol("t"))
-    ax.set_ylabel(symbol(name, "i"))
+    ax.set(xlabel=labels[0], ylabel=labels[1])
     columns = min(values.shape[-1], 6)
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
     return ax

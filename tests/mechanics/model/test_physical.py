@@ -81,3 +81,9 @@ def test_a_dimensionless_model_needs_units():
     with pytest.raises(ValueError, match="no physical scales"):
         model.to_physical(trajectory)
     assert model.to_physical(trajectory, Units(1, 1, 2)).d[0] == 2.0 * trajectory.d[0]
+
+
+def test_its_words_tell_physical_times(motion):
+    head, *events = repr(motion).splitlines()[1:]
+    assert f"t = 0 .. {motion.t[-1]:.6g}," in head
+    assert f"t = {motion.events[0].time:<12.8g}" in events[0]

@@ -124,13 +124,17 @@ class Trajectory(Result):
 
     def __repr__(self) -> str:
         """One line, then the first events."""
+        return self.told(float(self.t[-1]), self.events)
+
+    def told(self, end: float, events: tuple[Event, ...]) -> str:
+        """Describe the motion with its end and events in any unit of time."""
         lines = [
-            f"Trajectory: t = 0 .. {self.t[-1]:.6g}, {len(self.events)} events, "
+            f"Trajectory: t = 0 .. {end:.6g}, {len(events)} events, "
             f"{len(self.d)} global stick phases, {self.message}"
         ]
-        lines += [f"  t = {e.time:<12.8g} block {e.block}  {e.kind}" for e in self.events[:8]]
-        if len(self.events) > 8:
-            lines.append(f"  ... {len(self.events) - 8} more")
+        lines += [f"  t = {e.time:<12.8g} block {e.block}  {e.kind}" for e in events[:8]]
+        if len(events) > 8:
+            lines.append(f"  ... {len(events) - 8} more")
         return "\n".join(lines)
 
     # --- phases and events ------------------------------------------------------------------

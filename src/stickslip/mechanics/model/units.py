@@ -245,8 +245,9 @@ class PhysicalTrajectory(Result):
         return np.where(nearly, np.minimum(times, end), times)
 
     def __repr__(self) -> str:
-        """Units, then the dimensionless motion."""
-        return f"PhysicalTrajectory in {self.units!r}\n{self.trajectory!r}"
+        """Units, then the motion, its times physical."""
+        motion = self.trajectory.told(self.t[-1], self.events)
+        return f"PhysicalTrajectory in {self.units!r}\n{motion}"
 
     def _columns(self) -> dict[str, Any]:
         columns = dict(self.trajectory.table())
