@@ -23,10 +23,12 @@ from tests.analysis.plane_maps import (
 
 import stickslip as ss
 from stickslip.analysis.attractors.in_space import fates as where_points_end
+from stickslip.analysis.attractors.in_space import search_nd
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND
 from stickslip.analysis.attractors.in_space.fates import Grid, cells_of, fates
 from stickslip.analysis.maps.map import kernels_of
 from stickslip.analysis.maps.protocol import box_points
+from stickslip.analysis.orbits.newton import solve_orbits
 from stickslip.analysis.work import Work
 
 SIGMA = 4.0  # standard errors by which a sampled share may be off
@@ -177,6 +179,28 @@ def test_what_keeps_areas_in_some_coordinates_attracts_nothing(bend):
     found = ss.attractors(f, n_starts=4)
     assert len(found) == 4
     assert all(item.kind == "undecided" and "volumes" in item.reason for item in found)
+
+
+@pytest.mark.parametrize(("turn", "period"), [(1.0, "step"), (-1.0, "2 steps")])
+def test_cycles_of_a_family_are_not_quasiperiodic(turn, period):
+    """As of a block that dry friction holds: wherever it is, it stays."""
+    f = ss.Map(lambda z: z * np.array([0.5, turn]), 2, domain=[(-1, 1)] * 2)
+    for found in ss.attractors(f, n_starts=4, max_steps=1000):
+        assert (found.kind, found.recurrence) == ("undecided", 1.0)
+        assert f"repeats every {period}," in found.reason
+
+
+def test_an_orbit_that_repeats_exactly_is_not_tried_in_every_multiple_of_its_period(monkeypatch):
+    tried = []
+
+    def solved(f, guesses):
+        tried.append(guesses.shape[1])
+        return solve_orbits(f, guesses)
+
+    monkeypatch.setattr(search_nd, "solve_orbits", solved)
+    f = ss.Map(lambda z: z * np.array([0.0, 1.0]), 2, domain=[(-1, 1)] * 2)
+    ss.attractors(f, n_starts=1, max_steps=1000)
+    assert set(tried) == {1}
 
 
 @pytest.mark.parametrize("axes", [1, 2, 3])

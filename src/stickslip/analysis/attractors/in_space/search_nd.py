@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorListND, AttractorND
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent
+from stickslip.analysis.exponents.blocking import SETTLED, settled_period
 from stickslip.analysis.exponents.spectrum import exponent_along
 from stickslip.analysis.maps.arguments import space_points
 from stickslip.analysis.maps.protocol import apart, orbits, reduced, sample, turns
@@ -97,7 +98,8 @@ class Search:
         made = _Set(path, None, 0.0, self._tree(early[::2]))
         distances = made.tree.query(self._scaled(early[1::2]))[0]
         size = np.ptp(made.tree.data, axis=0).max()
-        made.reach = max(REACH * float(np.quantile(distances, 0.95)), RESOLUTION * float(size))
+        far = REACH * float(np.quantile(distances, 0.95))
+        made.reach = max(far, RESOLUTION * float(size), SETTLED)  # of a point all are nothing
         made.recurrence = self.near(made, path[half:])
         made.tree = self._tree(path)
         return made
@@ -109,9 +111,12 @@ class Search:
         found = [-1] * len(paths)
         scaled = np.abs(apart(self.f, paths[:, -1:], paths[:, :-1])[:, ::-1] / self.widths)
         distance = scaled.max(axis=2)[:, : self.max_period]
+        # Closer than after fewer steps: what repeats exactly would be tried in every multiple.
+        nearest = np.minimum.accumulate(distance, axis=1)
+        closer = np.diff(nearest, axis=1, prepend=np.inf) < 0.0
         for p in range(1, distance.shape[1] + 1):
-            best = distance[:, p - 1] <= np.minimum.accumulate(distance, axis=1)[:, p - 1]
-            rows = [i for i in np.flatnonzero(best & (distance[:, p - 1] < CLOSE)) if found[i] < 0]
+            best = closer[:, p - 1] & (distance[:, p - 1] < CLOSE)
+            rows = [i for i in np.flatnonzero(best) if found[i] < 0]
             if not rows:
                 continue
             got = solve_orbits(self.f, paths[rows, -p:])
@@ -194,6 +199,9 @@ class Search:
         if known.recurrence < RECURS:
             return "undecided", f"has not settled within {self.max_steps} steps"
         neutral = abs(value) * lyapunov.n <= NEUTRAL
+        if neutral and (period := settled_period(self._scaled(known.points), SETTLED)):
+            steps = "step" if period == 1 else f"{period} steps"
+            return "undecided", f"repeats every {steps}, and so do motions beside it"
         volumes = float(np.linalg.slogdet(jacobians)[1].mean())  # growth of their logarithm
         if abs(volumes) * lyapunov.n <= 1.0 and not (neutral and self._fills(known)):
             return "undecided", "it keeps volumes: nothing attracts"
