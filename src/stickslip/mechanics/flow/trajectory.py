@@ -124,9 +124,9 @@ class Trajectory(Result):
 
     def __repr__(self) -> str:
         """One line, then the first events."""
-        return self.told(float(self.t[-1]), self.events)
+        return self._told(float(self.t[-1]), self.events)
 
-    def told(self, end: float, events: tuple[Event, ...]) -> str:
+    def _told(self, end: float, events: tuple[Event, ...]) -> str:
         """Describe the motion with its end and events in any unit of time."""
         lines = [
             f"Trajectory: t = 0 .. {end:.6g}, {len(events)} events, "

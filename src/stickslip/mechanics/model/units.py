@@ -246,7 +246,7 @@ class PhysicalTrajectory(Result):
 
     def __repr__(self) -> str:
         """Units, then the motion, its times physical."""
-        motion = self.trajectory.told(self.t[-1], self.events)
+        motion = self.trajectory._told(self.t[-1], self.events)
         return f"PhysicalTrajectory in {self.units!r}\n{motion}"
 
     def _columns(self) -> dict[str, Any]:
