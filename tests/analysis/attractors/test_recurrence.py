@@ -17,6 +17,9 @@ from stickslip.analysis.attractors.recurrence import (
     confirmed,
     promising,
 )
+from stickslip.analysis.attractors.search import AttractorSearch
+from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import advance
 
 MOVED = 0.02
@@ -63,3 +66,13 @@ def test_a_capture_radius_is_the_first_of_the_halved_ones_that_comes_closer(r, p
             break
         radius *= 0.5
     assert capture_radius(f, cycle) == radius
+
+
+def test_a_cycle_that_a_stand_in_has_beyond_the_unit_circle_captures_what_it_does_there():
+    def turning(a):
+        return PiecewiseMap(lambda x: -a * x, (-1, 1), derivative=lambda x: np.full_like(x, -a))
+
+    f, stand_in = turning(0.9999), turning(1.0001)
+    search = AttractorSearch(f, branch_table(f), 8, 100, stand_in)
+    known = search.known[search.add_cycle(confirmed(f, np.array([0.0])))]
+    assert not known.captures(np.array([[0.5, -0.5]])).any()

@@ -205,6 +205,8 @@ class AttractorSearch:
         )
         # A long cycle of a stand-in lies further from the map's than from points that leave it.
         own = cycle if self.fast is self.f else confirmed(self.fast, cycle.points) or cycle
+        if cycle.stable and not own.stable:
+            own = cycle  # its multiplier is so close to the unit circle
         reach: Callable[[], float]
         if family is not None:
             reach = partial(float, SETTLED * domain_width(self.f))
