@@ -166,14 +166,14 @@ def _ahead(
 ) -> tuple[Floats, Floats]:
     """Join fresh intervals, and images while these are fresh and lie in a lap; return the last."""
     # Inside of laps the ends of an interval tell its images, many at once.
-    low, high = np.sort(
-        advance(f, fresh.ravel(), AHEAD).reshape(-1, 2, AHEAD + 1), axis=1
-    ).swapaxes(0, 1)
+    ends = advance(f, fresh.ravel(), AHEAD).reshape(-1, 2, AHEAD + 1)
+    low, high = ends.min(axis=1), ends.max(axis=1)
     lap = np.minimum(np.searchsorted(laps.right, low), len(laps) - 1)
     part = np.clip(np.searchsorted(union[:, 0] - slack, low, side="right") - 1, 0, None)
     known = (union[part, 0] - slack <= low) & (high <= union[part, 1] + slack)
     known[:, 0] = False
     moves = (laps.left[lap] < low) & (high < laps.right[lap]) & ~known
+    moves[:, :-1] &= np.isfinite(low[:, 1:])  # a hole that no lap shows is found by `image`
     n = np.logical_and.accumulate(moves[:, :-1], axis=1).sum(axis=1)
     passed = np.arange(AHEAD + 1) <= n[:, None]
     last = np.column_stack([end[np.arange(len(n)), n] for end in (low, high)])

@@ -61,17 +61,15 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     finest = 64 * np.spacing(np.abs(ends.x))
     h = np.maximum(h, finest)
     limits, off = _limits_from(mesh, ends, inward, h)
-    bends = (off > SAME_SLOPE) & (h > finest)
     # Branches that bend on a scale of less than h are asked closer by, while that helps.
-    while bends.any():
-        (at,) = bends.nonzero()
+    (at,) = np.nonzero((off > SAME_SLOPE) & (h > finest))
+    while at.size:
         h[at] = np.maximum(CLOSEST * h[at], finest[at])
         closer, still_off = _limits_from(mesh, ends.take(at), inward[at], h[at])
         better = still_off < off[at]
-        at, closer = at[better], closer.take(better)
-        limits.value[at], limits.slope[at], off[at] = closer.value, closer.slope, still_off[better]
-        bends[:] = False
-        bends[at] = (off[at] > SAME_SLOPE) & (h[at] > finest[at])
+        at, closer, still_off = at[better], closer.take(better), still_off[better]
+        limits.value[at], limits.slope[at], off[at] = closer.value, closer.slope, still_off
+        at = at[(still_off > SAME_SLOPE) & (h[at] > finest[at])]
     return limits
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -313,10 +313,13 @@ class _Between:
 
     def _cut(self, span: Span, fresh: list[Event]) -> list[tuple[Node, Node]]:
         """Put nodes on both sides of new events; return the spans between them."""
-        # An event a little beyond the span, by its error, counts as at its end: lists keep order.
-        at = {id(event): float(np.clip(event.value, span.left.q, span.right.q)) for event in fresh}
-        groups = self._groups(fresh, at)
-        bounds = [span.left.q, *(at[id(group[0])] for group in groups), span.right.q]
+
+        def place(event: Event) -> float:
+            # One a little beyond the span, by its error, counts as at its end: lists keep order.
+            return min(max(event.value, span.left.q), span.right.q)
+
+        groups = self._groups(fresh, place)
+        bounds = [span.left.q, *(place(group[0]) for group in groups), span.right.q]
         nodes: dict[tuple[int, int], Node] = {}
         for k, group in enumerate(groups):
             rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
@@ -324,7 +327,7 @@ class _Between:
             open_sides = [side for side in (0, 1) if rooms[side] > self.whole.closest]
             beside = min([BESIDE * self.whole.scale, *(CLEAR * rooms[side] for side in open_sides)])
             for side in open_sides:
-                q = at[id(group[-1])] + beside if side else bounds[k + 1] - beside
+                q = place(group[-1]) + beside if side else place(group[0]) - beside
                 nodes[k, side] = self._node(q)
         plain: list[tuple[Node, Node]] = []
         last = span.left
@@ -360,14 +363,14 @@ class _Between:
             span, beside = self._around(left, right, around.events), NEARER * beside
         return span
 
-    def _groups(self, fresh: list[Event], at: dict[int, float]) -> list[list[Event]]:
+    def _groups(self, fresh: list[Event], place: Callable[[Event], float]) -> list[list[Event]]:
         """Events in ascending order, those that no list can be made between together."""
         groups: list[list[Event]] = []
         for event in sorted(fresh, key=lambda item: item.value):
             if groups:
                 last = groups[-1][-1]
                 errors = last.located.error + event.located.error
-                if at[id(event)] - at[id(last)] <= max(8 * errors, self.whole.closest):
+                if place(event) - place(last) <= max(8 * errors, self.whole.closest):
                     groups[-1].append(event)
                     continue
             groups.append([event])
