@@ -10,9 +10,11 @@ from tests.analysis.bifurcations.scan.test_survey import MU, random_family
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
+from stickslip.numerics.targets import kernel
 
 PERIOD = 3  # longest that is asked for
 STARTS = 31
+PART = 1000  # steps of orbits that are kept at once
 RECURS = 1e-7
 BESIDE = 1e-3  # of the range: closer to something listed transients are too long to tell
 TINY = 1e-9  # what roots of polynomials are good for
@@ -20,21 +22,15 @@ BESIDE_REAL = 1e-5  # imaginary part of roots that are about to be real
 EVERY = 10  # value at which orbits are counted by roots
 
 
-def settled(step, x, n, longest=64):
+def settled(orbits_of, x, n, longest=64):
     """Periods that orbits from x settle on, 0 for what does not recur; nothing for what leaves."""
-    for _ in range(n):
-        x = step(x)
+    while n > 0:
+        x, n = orbits_of(x, min(n, PART))[:, -1], n - PART
         x = x[np.isfinite(x)]
-        if not x.size:
-            return set()
-    tail = [x]
-    for _ in range(4 * longest):
-        tail.append(step(tail[-1]))
-    orbits = np.array(tail)
-    orbits = orbits[:, np.isfinite(orbits).all(axis=0)]
+    orbits = orbits_of(x, 4 * longest)
     return {
         next((p for p in range(1, longest) if np.abs(o[p:] - o[:-p]).max() < RECURS), 0)
-        for o in orbits.T
+        for o in orbits[np.isfinite(orbits[:, -1])]
     }
 
 
@@ -49,7 +45,7 @@ def stable_periods(found, q):
     return periods
 
 
-def unaccounted(found, step_at, domain_at, n_values, n_steps):
+def unaccounted(found, orbits_at, domain_at, n_values, n_steps):
     """Values at which orbits settle on what the list neither has nor sets apart."""
     (lo, hi), listed = found.range, np.array([item.value for item in found])
     silent = []
@@ -62,7 +58,7 @@ def unaccounted(found, step_at, domain_at, n_values, n_steps):
         start = left + (right - left) * (np.arange(STARTS) + 0.37) / STARTS
         # Slow orbits are given more time before they count.
         for n in (n_steps, 20 * n_steps, 400 * n_steps):
-            strange = settled(step_at(q), start, n) - known
+            strange = settled(orbits_at(q), start, n) - known
             if not strange:
                 break
         if strange & set(range(1, PERIOD + 1)):
@@ -126,16 +122,33 @@ def miscounted(found, f, n_values):
     return wrong
 
 
+@kernel
+def fill_orbits(orbits, breaks, a, b, c):
+    """Iterate the parabolas a + b x + c x^2 between breaks from the first column on."""
+    for orbit in orbits:
+        for k in range(1, orbit.size):
+            y, here = orbit[k - 1], np.searchsorted(breaks, orbit[k - 1], side="right")
+            y = a[here] + y * (b[here] + y * c[here])
+            if not abs(y) <= 1:
+                break
+            orbit[k] = y
+
+
 def unaccounted_in_parabolas(found, f, n_values):
-    def step_at(q):
-        def step(x):
-            with np.errstate(all="ignore"):
-                y = f.func(x, q)
-            return np.where(np.abs(y) <= 1, y, np.nan)
+    def orbits_at(q):
+        pieces = list(pieces_of(f.replace(mu=q)))
+        breaks = np.array([a for _, a, _ in pieces[1:]])
+        coefficients = np.array([piece.coef for piece, _, _ in pieces]).T.copy()
 
-        return step
+        def orbits_of(x, n):
+            orbits = np.full((x.size, n + 1), np.nan)
+            orbits[:, 0] = x
+            fill_orbits(orbits, breaks, *coefficients)
+            return orbits
 
-    strange = unaccounted(found, step_at, lambda q: (-1.0, 1.0), n_values, 1000)
+        return orbits_of
+
+    strange = unaccounted(found, orbits_at, lambda q: (-1.0, 1.0), n_values, 1000)
     return strange + miscounted(found, f, n_values // EVERY)
 
 
@@ -176,17 +189,10 @@ def unaccounted_in_blocks(found, model, n_values):
     def map_at(q):
         return ss.event_map(model.replace(**{found.parameter: q}))
 
-    def step_at(q):
-        f = map_at(q)
+    def orbits_at(q):
+        return map_at(q).iterate
 
-        def step(x):
-            image, here = np.full(x.shape, np.nan), np.isfinite(x)
-            image[here] = f(x[here])
-            return image
-
-        return step
-
-    return unaccounted(found, step_at, lambda q: map_at(q).domain, n_values, 600)
+    return unaccounted(found, orbits_at, lambda q: map_at(q).domain, n_values, 600)
 
 
 @pytest.mark.slow
