@@ -67,13 +67,21 @@ def unaccounted(found, orbits_at, domain_at, n_values, n_steps):
 
 
 def pieces_of(f):
-    """The parabolas of a map, each with the ends of its piece, from three points of it."""
+    """Coefficients of the parabolas of a map, and the ends of each, from three points of it."""
     ends = [-1.0, *f.breakpoints.clip(-1, 1), 1.0]
     for a, b in pairwise(ends):
         if b > a:
             x = a + (b - a) * np.array([0.25, 0.5, 0.75])
             coefficients = Polynomial.fit(x, f(x), 2, domain=[-1, 1]).coef
-            yield Polynomial(np.where(np.abs(coefficients) < TINY, 0.0, coefficients)), a, b
+            yield np.where(np.abs(coefficients) < TINY, 0.0, coefficients).tolist(), a, b
+
+
+def after(piece, inner):
+    """Coefficients of a parabola of a polynomial."""
+    outer = piece[2] * np.convolve(inner, inner)
+    outer[: inner.size] += piece[1] * inner
+    outer[0] += piece[0]
+    return outer
 
 
 def count_of_orbits(f):
@@ -81,18 +89,20 @@ def count_of_orbits(f):
     found, pieces = set(), list(pieces_of(f))
     for period in range(1, PERIOD + 1):
         for word in product(pieces, repeat=period):
-            power = Polynomial([0, 1])
+            off = np.array([0.0, 1.0])
             for piece, _, _ in word:
-                power = piece(power)
-            for root in (power - Polynomial([0, 1])).trim(TINY).roots():
-                x, slope, orbit, room = root.real, 1.0, [], np.inf
-                for piece, a, b in word:
+                off = after(piece, off)
+            off[1] -= 1
+            for root in Polynomial(off).trim(TINY).roots():
+                if abs(root.imag) > BESIDE_REAL:
+                    continue
+                x, slope, orbit, room = float(root.real), 1.0, [], np.inf
+                for (c_0, c_1, c_2), a, b in word:
                     orbit.append(x)
                     room = min(room, x - a, b - x)
-                    slope *= piece.deriv()(x)
-                    x = piece(x)
-                shorter = len({round(x, 7) for x in orbit}) < period
-                if abs(root.imag) > BESIDE_REAL or room < -TINY or shorter:
+                    slope *= c_1 + 2 * c_2 * x
+                    x = c_0 + x * (c_1 + x * c_2)
+                if room < -TINY or len({round(x, 7) for x in orbit}) < period:
                     continue
                 if abs(root.imag) > TINY or room < TINY or abs(abs(slope) - 1) < BESIDE:
                     return None
@@ -138,7 +148,7 @@ def unaccounted_in_parabolas(found, f, n_values):
     def orbits_at(q):
         pieces = list(pieces_of(f.replace(mu=q)))
         breaks = np.array([a for _, a, _ in pieces[1:]])
-        coefficients = np.array([piece.coef for piece, _, _ in pieces]).T.copy()
+        coefficients = np.array([piece for piece, _, _ in pieces]).T.copy()
 
         def orbits_of(x, n):
             orbits = np.full((x.size, n + 1), np.nan)
