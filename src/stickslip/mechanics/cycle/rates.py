@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -126,22 +128,21 @@ class Rates:
         own, base = float(self.unknowns[-1]), self.shot.multipliers
         best, error = np.full(base.shape, np.nan, dtype=np.complex128), np.full(len(base), np.inf)
         h = STEP * (abs(own) or 1.0)
+        known = cache(self._multipliers)  # half as wide differences take half of the cycles again
         for _ in range(HALVINGS):
             before = error.copy()
             for steps in STENCILS:  # beside a grazing there are cycles on one side only
-                values: list[Any] = []
-                for step in steps:
-                    found = self._multipliers(step * h)
-                    if found is None:
-                        break
-                    values.append(found)
-                else:
+                found = (known(step * h) for step in steps)
+                values = list(takewhile(lambda each: each is not None, found))
+                if len(values) == len(steps):
                     slope, rough = (_slope(steps[:n], values) / h for n in (9, 7))
                     surer = abs(slope - rough) < error
                     best[surer], error[surer] = slope[surer], abs(slope - rough)[surer]
+                    break
             size = abs(best) + abs(base)
-            known = np.isfinite(error).all()
-            if known and ((error <= ENOUGH * size).all() or (error == before).all()):
+            if np.isfinite(error).all() and (
+                (error <= ENOUGH * size).all() or (error == before).all()
+            ):
                 break
             h *= 0.5
         best[~(error <= SURE * (abs(best) + abs(base)))] = np.nan
