@@ -112,3 +112,11 @@ def test_a_list_comes_back_from_its_file(tmp_path: Path) -> None:
     cycle = ss.find_cycle(block.replace(friction=own), [1.0], [0.2])
     with pytest.raises(ValueError, match="Python function"):
         cycle.save(tmp_path / "own.json")
+
+
+def test_starts_are_told_as_they_are_done() -> None:
+    told: list[float] = []
+    block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    ss.limit_cycles(block, n_starts=4, rng=1, progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0

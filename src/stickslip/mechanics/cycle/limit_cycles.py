@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, random_generator, whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, multiplier_text, same_cycle
@@ -16,16 +19,20 @@ from stickslip.mechanics.cycle.equilibria import equilibria
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.model.arguments import checked_model
 from stickslip.mechanics.model.two_block import TwoBlock
+from stickslip.numerics.processes import in_processes
 from stickslip.numerics.unseen import unseen_share
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from stickslip.mechanics.cycle.neutral import NeutralFamily
     from stickslip.mechanics.cycle.sliding import Model
+    from stickslip.numerics.arrays import Floats
 
 SHOWN: Final = 12
 
@@ -96,6 +103,7 @@ def limit_cycles(
     max_events: int = 5000,
     rtol: float = 1e-15,
     rng: np.random.Generator | int | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> CycleList:
     """Search the limit cycles of a model from many states.
 
@@ -112,6 +120,8 @@ def limit_cycles(
     rtol : float
         Local truncation error of the flow.
     rng : numpy.random.Generator or int, optional
+    progress : callable, optional
+        Called with the share of the starts that is done, from 0 to 1.
 
     Returns
     -------
@@ -142,7 +152,7 @@ def limit_cycles(
     generator = random_generator("rng", rng)
     cycles: list[Cycle] = []
     hits: list[int] = []
-    missed = {"slides": 0, "undecided": 0}
+    missed: Counter[str] = Counter()
 
     def note(cycle: Cycle, found: int) -> None:
         for k, known in enumerate(cycles):
@@ -152,12 +162,13 @@ def limit_cycles(
         cycles.append(cycle)
         hits.append(found)
 
-    for number in range(count):
-        x, v = model.sample_state(generator, riding=number % 2 == 0)
-        try:
-            note(find_cycle(model, x, v, max_events=max_events, rtol=rtol), 1)
-        except NoCycleError as reason:
-            missed[reason.kind] += 1
+    starts = [model.sample_state(generator, riding=k % 2 == 0) for k in range(count)]
+    search = partial(_cycle_from, model, max_events, rtol)
+    for found in in_processes(search, starts, Work(progress).tell):
+        if isinstance(found, Cycle):
+            note(found, 1)
+        else:
+            missed[found] += 1
     for cycle in _of_the_event_map(model, max_period):
         note(cycle, 0)
     sliding = () if model.plant.is_forced else equilibria(model)
@@ -170,6 +181,16 @@ def limit_cycles(
         n_undecided=missed["undecided"],
         neutral_family=next((each.neutral_family for each in sliding), None),
     )
+
+
+def _cycle_from(
+    model: Model, max_events: int, rtol: float, start: tuple[Floats, Floats]
+) -> Cycle | str:
+    """Search a cycle from a state; the kind of failure if there is none."""
+    try:
+        return find_cycle(model, *start, max_events=max_events, rtol=rtol)
+    except NoCycleError as reason:
+        return reason.kind
 
 
 def _of_the_event_map(model: Model, max_period: int) -> Iterator[Cycle]:

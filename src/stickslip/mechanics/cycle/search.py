@@ -169,9 +169,9 @@ class _Search:
             here = self.felt(state.z)
             modes = state.mode.tobytes()
             if modes not in seen:
-                seen[modes] = np.full(HISTORY, -1), np.full((HISTORY, here.size), np.inf)
+                seen[modes] = np.full(HISTORY, -1), np.full((here.size, HISTORY), np.inf)
             numbers, states = seen[modes]
-            distances = np.abs(states - here).max(axis=1)
+            distances = np.abs(states - here[:, None]).max(axis=0)
             near = np.where(distances < closest, numbers, -1)
             latest = int(near.argmax())
             if near[latest] >= 0:
@@ -179,7 +179,7 @@ class _Search:
                 yield number - int(near[latest]), state, distance
                 closest = max(0.1 * distance, 0.5 * SETTLED * self.size)
             oldest = numbers.argmin()
-            numbers[oldest], states[oldest] = number, here
+            numbers[oldest], states[:, oldest] = number, here
 
     def _next_event(self, state: State) -> State:
         """Follow a motion to where its modes change; ValueError if they do not."""
