@@ -124,6 +124,14 @@ def test_motions_that_slide_for_ever_are_no_cycle() -> None:
         ss.find_cycle(model, [0.4], [0.1])
 
 
+def test_a_block_that_friction_holds_is_no_cycle_to_follow() -> None:
+    forcing = ss.Harmonic(amplitude=0.3, frequency=0.7)
+    held = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.6), damping=0.05, forcing=forcing)
+    cycle = ss.find_cycle(held, [0.1], [0.0])
+    with pytest.raises(ValueError, match="holds its contacts wherever they are"):
+        ss.follow(cycle, "forcing.amplitude", (0.1, 2.0))
+
+
 def test_bad_input_is_told() -> None:
     with pytest.raises(ValueError, match="2 finite numbers"):
         ss.find_cycle(COULOMB, [0.1], [0.0])

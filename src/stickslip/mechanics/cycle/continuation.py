@@ -119,10 +119,17 @@ def _checked(cycle: Cycle, parameter: str, ends: tuple[float, float]) -> tuple[f
     contained(low, high, parameter, model.parameters[parameter], "cycle")
     for end in (low, high):
         model.replace(**{parameter: end})
-    if not cycle.events and not (np.abs(np.abs(cycle.multipliers) - 1.0) > 1e-9).any():
+    sizes = np.abs(cycle.multipliers)
+    held = sizes <= 1e-9
+    if not cycle.events and (held | (np.abs(sizes - 1.0) <= 1e-9)).all():
+        why = (
+            "friction holds its contacts wherever they are."
+            if held.any()
+            else "see stickslip.equilibria(model)[0].neutral_family."
+        )
         raise ValueError(
             "this motion belongs to a neutral family, which fills a region: it is no limit cycle "
-            "that could be followed. See stickslip.equilibria(model)[0].neutral_family."
+            f"that could be followed; {why}"
         )
     return low, high
 
@@ -144,7 +151,8 @@ class _CycleFollower(Follower):
         self.first = self.shooting
         wrong = (
             "the cycle cannot be solved for with its own sequence of modes: it stands at a "
-            "bifurcation, or touches a change of modes. Start from one beside it: "
+            "bifurcation, touches a change of modes, or has a contact that never slips and could "
+            "rest elsewhere. Start from one beside it: "
         )
         return first_point(self.curve, y, wrong)
 
