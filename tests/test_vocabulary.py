@@ -2,6 +2,7 @@
 
 import inspect
 import pickle
+import sys
 from dataclasses import fields
 
 import pytest
@@ -63,6 +64,14 @@ def test_did_you_mean():
 def test_misspelt_names_and_keywords_are_told_the_closest(expression, meant):
     with pytest.raises((AttributeError, TypeError), match=f"Did you mean '{meant}'"):
         eval(expression, {"ss": ss})
+
+
+def test_a_traceback_suggests_a_name_once(capsys):
+    with pytest.raises(AttributeError) as error:
+        _ = ss.EventMap
+    sys.__excepthook__(type(error.value), error.value, None)
+    *_, told = capsys.readouterr().err.splitlines()
+    assert told == "AttributeError: stickslip has no 'EventMap'. Did you mean 'event_map'?"
 
 
 def test_public_functions_keep_their_signature_and_can_be_pickled():

@@ -4,6 +4,7 @@ Public names are listed in ``__init__.pyi`` and loaded when first used, so that
 importing the package compiles and draws nothing.
 """
 
+import sys
 from importlib.util import find_spec
 
 import lazy_loader
@@ -21,7 +22,8 @@ def __getattr__(name: str) -> object:
             raise
     from stickslip.vocabulary import closest
 
-    raise AttributeError(f"stickslip has no {name!r}. {closest(name, __all__)}".rstrip())
+    told = f"stickslip has no {name!r}. {closest(name, __all__)}".rstrip()
+    raise AttributeError(told, obj=sys.modules[__name__])  # with its name Python suggests again
 
 
 if find_spec("flint") is None:
