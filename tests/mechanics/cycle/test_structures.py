@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.status import CONTACT_LOST
 
 KXX, KYY, KXY, KN = 2.0, 1.3, 0.35, 1.1
 MEET = (KXY + (KXX - KYY) ** 2 / (4 * KXY)) / KN  # friction at which a brake's two modes meet
@@ -65,6 +66,20 @@ def test_a_load_that_outweighs_the_spring_leaves_no_balance() -> None:
     assert ss.equilibria(model.replace(mu_1=0.5)) == ()
     with pytest.raises(ValueError, match="no forces balance between mu_1 = "):
         ss.follow(sliding, "mu_1", (0.1, 0.99))
+
+
+def test_steady_sliding_keeps_all_contacts_closed() -> None:
+    """Forces balance at x = (mu + F) / (1 - 2 mu), where the limit 1 + 2 x is negative or not."""
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.5, load=[2.0])
+    model = ss.Structure([1.0], [[1.0]], damping=[[0.1]], contacts=[contact], force=[-0.4])
+    (sliding,) = ss.equilibria(model)
+    assert sliding.x[0] == pytest.approx(-0.1 / 0.4, rel=1e-14)
+    assert ss.equilibria(model.replace(force_1=-0.6)) == ()
+    assert (
+        ss.simulate(model.replace(force_1=-0.6), [-0.75], [0.0], t_end=1.0).status == CONTACT_LOST
+    )
+    with pytest.raises(ValueError, match=r"between force_1 = -0\.50\d* and .*, or a contact opens"):
+        ss.follow(sliding, "force_1", (-0.6, 0.0))
 
 
 def test_hopf_points_of_a_drill_string() -> None:

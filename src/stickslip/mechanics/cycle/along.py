@@ -57,7 +57,8 @@ def follow_equilibrium(
     def at(value: float) -> Equilibrium:
         if value not in solved:
             w = [np.interp(value, values, column) for column in speeds.T]
-            solved[value] = _sliding(model.replace(**{parameter: value}), np.array(w))
+            beside = float(values[np.argmin(np.abs(values - value))])
+            solved[value] = _sliding(model, parameter, value, np.array(w), beside)
         return solved[value]
 
     def eigenvalues(value: float) -> Complexes:
@@ -69,11 +70,7 @@ def follow_equilibrium(
     turned = np.cos(np.angle(spectra).sum(axis=1)) < 0.0
     (ends,) = (turned[:-1] != turned[1:]).nonzero()
     if ends.size:
-        before, after = values[ends[0] : ends[0] + 2]
-        raise ValueError(
-            "the steady sliding ends within the range: no forces balance between "
-            f"{parameter} = {before:.15g} and {after:.15g}."
-        )
+        raise _ended(parameter, *values[ends[0] : ends[0] + 2])
     events = []
     followed = FollowedModes(eigenvalues, values)
     found = [("hopf", *each) for each in followed.crossings()]
@@ -108,12 +105,21 @@ def follow_equilibrium(
     )
 
 
-def _sliding(model: Model, w: Floats) -> Equilibrium:
-    """Steady sliding with velocities of slip nearest to given ones."""
-    states = steady_states(model, near=w)
+def _sliding(model: Model, parameter: str, value: float, w: Floats, beside: float) -> Equilibrium:
+    """Steady sliding at a value, with velocities of slip nearest to those beside it."""
+    there = model.replace(**{parameter: value})
+    states = steady_states(there, near=w)
     if not states:
-        raise ValueError("the steady sliding ends within the range: no forces balance there.")
-    return equilibrium_at(model, min(states, key=lambda each: float(np.abs(each.w - w).max())))
+        raise _ended(parameter, value, beside)
+    return equilibrium_at(there, min(states, key=lambda each: float(np.abs(each.w - w).max())))
+
+
+def _ended(parameter: str, *values: float) -> ValueError:
+    low, high = sorted(values)
+    return ValueError(
+        "the steady sliding ends within the range: no forces balance between "
+        f"{parameter} = {low:.15g} and {high:.15g}, or a contact opens there."
+    )
 
 
 def _followed(model: Model, parameter: str, values: Floats, w: Floats) -> dict[float, Equilibrium]:
@@ -121,8 +127,8 @@ def _followed(model: Model, parameter: str, values: Floats, w: Floats) -> dict[f
     solved: dict[float, Equilibrium] = {}
     own = int(np.searchsorted(values, model.parameters[parameter]))
     for way in (values[own:], values[own::-1]):
-        here = w
+        here, beside = w, float(values[own])
         for value in way.tolist():
-            solved[value] = _sliding(model.replace(**{parameter: value}), here)
-            here = solved[value].w
+            solved[value] = _sliding(model, parameter, value, here, beside)
+            here, beside = solved[value].w, value
     return solved

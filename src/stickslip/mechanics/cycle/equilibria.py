@@ -112,7 +112,7 @@ def equilibria(model: Model, *, speeds: tuple[float, float] = SPEEDS) -> tuple[E
     -------
     tuple of Equilibrium
         One where springs hold all bodies: belts' speeds give the friction forces, and these the
-        displacements. None where a contact rests then. What turns freely may have several.
+        displacements. None where a contact rests or opens. What turns freely may have several.
 
     Raises
     ------

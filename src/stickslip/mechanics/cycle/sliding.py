@@ -57,9 +57,10 @@ def steady_states(model: Model, V: float = math.nan, near: Floats | None = None)
             sides = np.sign(everywhere[0]) + (everywhere[0] == 0.0)
             speeds = _possible_speeds(plant, model.laws, size * sides, WIDE)
     try:
-        return [_steady(plant, model.laws, w) for w in speeds]
+        found = [_steady(plant, model.laws, w) for w in speeds]
     except np.linalg.LinAlgError:  # loads make the balance singular
         return []
+    return [each for each in found if (plant.limits(each.x, each.v) > 0.0).all()]  # else one opens
 
 
 def _steady(plant: Plant, laws: Sequence[FrictionLaw], w: Floats) -> Steady:
