@@ -105,9 +105,11 @@ def draw_fractions(fractions: Any, ax: Axes | None = None) -> Axes:
     drawn = [*numbers, UNDECIDED, LEFT]
     colors = [_looks(k)["facecolor"] for k in drawn]
     labels = [*map(str, numbers), "undecided", "leave"]
-    bands = [fractions.share(k) for k in drawn]
-    ax.stackplot(fractions.values, bands, colors=colors, labels=labels)
-    ax.set_xlim(fractions.values[0], fractions.values[-1])
+    order = np.argsort(fractions.values)
+    values, bands = fractions.values[order], [fractions.share(k)[order] for k in drawn]
+    ax.stackplot(values, bands, colors=colors, labels=labels)
+    if values[0] < values[-1]:
+        ax.set_xlim(values[0], values[-1])
     ax.set_ylim(0.0, 1.0)
     ax.set_xlabel(parameter_label(fractions.parameter, fractions.basins[0]))
     ax.set_ylabel("share of starts")

@@ -336,6 +336,42 @@ def test_shares_of_two_attractors_that_appear_along_a_parameter():
     assert found.share(0)[:5].tolist() == [1.0] * 5
 
 
+def test_the_attractor_that_outlives_a_fold_keeps_its_number():
+    """The upper fixed point of z - (z^3 - z + c) / 10 is lost where c = 2 / 27^(1/2) = 0.385."""
+    f = ss.Map(lambda z, c: z - (z**3 - z + c) / 10, 1, parameters={"c": 0.0}, domain=[(-1.2, 2.9)])
+    found = ss.basin_fractions(f, "c", [0.37, 0.4], n_samples=16, n_starts=32)
+    ends = [float(a.points[0, 0]) for a in found.basins[0].attractors]
+    assert ends[0] > 0.0 > ends[1]
+    assert found.numbers == ((0, 1), (1,))
+    assert found.share(1)[1] == 1.0
+
+
+def test_a_table_of_shares_tells_what_leaves_and_what_is_undecided():
+    f = ss.Map(lambda z, r: z**3 - r * z, 2, parameters={"r": 0.5}, domain=[(-2, 2)] * 2)
+    table = ss.basin_fractions(f, "r", [0.2], n_samples=100, max_steps=12).table()
+    assert table["attractor"].tolist() == [-2, -1, 0]
+    assert table["kind"].tolist() == ["leave", "undecided", "periodic"]
+    assert min(table["share"]) > 0.05
+    assert sum(table["share"]) == pytest.approx(1.0, rel=1e-12, abs=0.0)
+
+
+def test_shares_are_drawn_by_ascending_values():
+    f = ss.Map(lambda z, r: z**3 - r * z, 2, parameters={"r": 0.5}, domain=[(-2, 2)] * 2)
+    ax = ss.basin_fractions(f, "r", [0.6, 0.2, 0.4], n_samples=16, n_starts=4).plot()
+    outline = ax.collections[0].get_paths()[0].vertices
+    upper = outline[outline[:, 1] > 0.0]
+    assert np.unique(upper[:, 0]).tolist() == [0.2, 0.4, 0.6]
+    assert ax.get_xlim() == (0.2, 0.6)
+
+
+@pytest.mark.parametrize("number", [-3, 1, 0.5, None])
+def test_an_attractor_that_was_never_there_has_no_shares(number):
+    f = ss.Map(lambda z, r: r * z, 2, parameters={"r": 0.5}, domain=[(-1, 1)] * 2)
+    found = ss.basin_fractions(f, "r", [0.2, 0.6], n_samples=8)
+    with pytest.raises(ValueError, match=r"number = .* must be a whole number from -2 to 0"):
+        found.share(number)
+
+
 def test_henon_attractor_is_matched_into_its_period_7_window():
     """Attractors.jl: chaotic at a = 1.2, a cycle of period 7 from a = 1.2265 on."""
     found = ss.basin_fractions(henon(), "a", [1.2, 1.21, 1.24, 1.25], n_samples=200)

@@ -17,7 +17,7 @@ from stickslip.analysis.attractors.in_space.fates import (
 )
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.maps.arguments import checked_parameter, map_of
-from stickslip.analysis.maps.protocol import FamilyND
+from stickslip.analysis.maps.protocol import FamilyND, apart
 from stickslip.checks import MOST_KEPT, grid, shown, whole_number
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
@@ -50,8 +50,8 @@ class BasinFractions(Result):
 
     Notes
     -----
-    An attractor keeps its number if most of its points come to one at the next value, and are
-    the most that do so; one that no known attractor comes to has a new number.
+    An attractor keeps its number if most of its points come to one at the next value, of several
+    the one that lies closest to it; one that no known attractor comes to has a new number.
     """
 
     parameter: str
@@ -62,6 +62,8 @@ class BasinFractions(Result):
 
     def share(self, number: int) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shares of an attractor (or of -1 undecided, -2 leaving) at all values; 0 without it."""
+        last = max((n for known in self.numbers for n in known), default=NOWHERE)
+        number = whole_number("number", number, LEFT, at_most=last, what="of an attractor")
         shares = np.zeros(len(self.values))
         for i, (known, basins) in enumerate(zip(self.numbers, self.basins, strict=True)):
             if number in (LEFT, NOWHERE, *known):
@@ -76,11 +78,12 @@ class BasinFractions(Result):
         return f"{head}{high:.8g}\n{self.table()}"
 
     def _columns(self) -> dict[str, Any]:
-        rows = [
-            (value, number, *(attractor.kind, attractor.period), *basins.share(k))
-            for value, known, basins in zip(self.values, self.numbers, self.basins, strict=True)
-            for k, (number, attractor) in enumerate(zip(known, basins.attractors, strict=True))
-        ]
+        rows = []
+        for value, known, basins in zip(self.values, self.numbers, self.basins, strict=True):
+            rows += [(value, LEFT, "leave", 0, *basins.share(LEFT))]
+            rows += [(value, NOWHERE, "undecided", 0, *basins.share(NOWHERE))]
+            for k, (number, one) in enumerate(zip(known, basins.attractors, strict=True)):
+                rows.append((value, number, one.kind, one.period, *basins.share(k)))
         names = (self.parameter, "attractor", "kind", "period", "share", "error")
         return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
@@ -174,9 +177,19 @@ def _matched(
         fate = fates(f, points, cells, max_steps)[0]
         counts = np.bincount(fate[fate >= 0], minlength=len(now))
         if counts.size and counts.max() * 2 > len(points):
-            claims.append((counts.max() / len(points), -number, int(counts.argmax())))
+            k = int(counts.argmax())
+            there, back = now[k].points, now[k].points[-MATCHED:]
+            off = _away(f, now.widths, points, there)
+            off += _away(f, now.widths, back, attractor.points)
+            claims.append((off, number, k))
     known: dict[int, int] = {}
-    for _, number, k in sorted(claims, reverse=True):
-        known.setdefault(k, -number)
+    for _, number, k in sorted(claims):
+        known.setdefault(k, number)
     new = iter(range(1 + max((n for each in numbers for n in each), default=-1), 10**9))
     return tuple(known[k] if k in known else next(new) for k in range(len(now)))
+
+
+def _away(f: FamilyND, widths: Floats, points: Floats, others: Floats) -> float:
+    """How far points are from the nearest others, in the mean, in widths."""
+    distances = np.abs(apart(f, points[:, None], others)) / widths
+    return float(distances.max(axis=2).min(axis=1).mean())
