@@ -109,6 +109,23 @@ def test_forgotten_directions_have_minus_infinity():
     assert got.errors[2] == 0.0
 
 
+def test_a_direction_lost_in_the_rounding_of_another_one_is_not_told_to_be_forgotten():
+    got = lyapunov_spectrum(linear(np.diag([1e14, 0.5, 0.25])), [0.0, 1.0, 1.0], 20, transient=0)
+    assert got.values[0] == pytest.approx(14 * np.log(10), rel=0.1)
+    assert np.isnan([*got.values[1:], got.dimension]).all()
+
+
+def test_chaos_in_small_units_is_no_cycle():
+    """At 1e-13 all points recur within 1e-12."""
+    size = 1e-13
+    small = ss.Map(
+        lambda z: np.stack([size - 1.4 / size * z[..., 0] ** 2 + z[..., 1], 0.3 * z[..., 0]], -1), 2
+    )
+    got = lyapunov_spectrum(small, [0.1 * size, 0.1 * size], 3000)
+    assert got.errors[0] > 0.0
+    assert got.values == pytest.approx([0.41922, -1.62319], abs=4 * got.errors[0])
+
+
 def test_volumes_shrink_by_the_determinant():
     for f, rate in ((henon(), np.log(0.3)), (lozi(), np.log(0.5)), (ikeda(), 2 * np.log(0.9))):
         got = lyapunov_spectrum(f, [0.1, 0.1], 3000)

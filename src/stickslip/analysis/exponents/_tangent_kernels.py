@@ -12,13 +12,15 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
 
 FORGOTTEN: Final = 64 * float(np.finfo(np.float64).eps)  # of a Jacobian: growth that is rounding
+HIDDEN: Final = float(np.sqrt(FORGOTTEN))  # rounding of so much growth may hide what is kept
 
 
 @kernel
 def carry_frame(jacobians: Floats, frame: Floats, image: Floats, growth: Floats) -> None:
     """Carry k rows of a frame (k, d) along (n, d, d), orthonormal again after each step.
 
-    Fills in the growth (n, k) of each; a direction that a step forgets stays 0 from there on.
+    Fills in the growth (n, k) of each. A direction that a step forgets stays 0 from there on; one
+    that is lost in the rounding of others, which the step stretches much more, is NaN for good.
     """
     k, d = frame.shape
     for step in range(len(jacobians)):
@@ -27,7 +29,9 @@ def carry_frame(jacobians: Floats, frame: Floats, image: Floats, growth: Floats)
             for column in range(d):
                 size = max(size, abs(jacobians[step, row, column]))
         for i in range(k):
+            held = 0.0
             for row in range(d):
+                held += abs(frame[i, row])
                 total = 0.0
                 for column in range(d):
                     total += jacobians[step, row, column] * frame[i, column]
@@ -44,7 +48,8 @@ def carry_frame(jacobians: Floats, frame: Floats, image: Floats, growth: Floats)
                 length += image[i, row] ** 2
             length = np.sqrt(length)
             if length <= FORGOTTEN * size:
-                length = 0.0
+                hidden = held > 0.0 and FORGOTTEN * size > HIDDEN
+                length = np.nan if hidden else 0.0
             growth[step, i] = length
             for row in range(d):
-                frame[i, row] = image[i, row] / length if length > 0.0 else 0.0
+                frame[i, row] = image[i, row] / length if length != 0.0 else 0.0

@@ -41,7 +41,8 @@ class LyapunovSpectrum(Result):
     Attributes
     ----------
     values : ndarray of float, shape (n_exponents,)
-        Descending; ``-inf`` for directions that the map forgets, NaN if the orbit left the domain.
+        Descending; ``-inf`` for directions that the map forgets; NaN if the orbit left the domain,
+        and for what is lost in rounding beside others that a step stretches 10^7 times.
     errors : ndarray of float, shape (n_exponents,)
         Standard errors (one standard deviation), correlations included; 0 on a cycle, whose
         exponents are those of its multipliers.
@@ -166,6 +167,7 @@ def _growth(f: MapND, x: Floats, n: int, skip: int, k: int) -> tuple[Floats, Flo
     aligning = min(skip, ALIGNING)
     total = aligning + n
     image, growth = np.empty((k, d)), np.empty((total, k))
+    size = float(np.abs(x).max())  # a cycle at 0 recurs within what the orbit has been
     x = orbits(f, x[None], skip - aligning)[0, -1]
     points, jacobians, time = [], np.empty((0, d, d)), 0.0
     for start in range(0, total, CHUNK):
@@ -185,10 +187,11 @@ def _growth(f: MapND, x: Floats, n: int, skip: int, k: int) -> tuple[Floats, Flo
     with np.errstate(divide="ignore"):
         logs = np.log(growth[aligning:])
         visited = np.concatenate(points)
-        period = settled_period(visited, SETTLED * (1.0 + np.abs(visited).max()))
+        period = settled_period(visited, SETTLED * max(size, float(np.abs(visited).max())))
         if period and period <= len(jacobians):
             sizes = np.abs(multipliers_of(jacobians[len(jacobians) - period :]))[:k]
             sizes[np.isneginf(logs).any(axis=0)] = 0.0  # not the rounding of a product
+            sizes[np.isnan(logs).any(axis=0)] = np.nan
             logs = np.broadcast_to(np.log(sizes) / period, (n, k))
     return logs, x, time / total
 
