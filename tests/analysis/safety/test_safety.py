@@ -267,6 +267,18 @@ def test_safety_along_a_parameter_follows_one_attractor():
     assert found.lost == ""
 
 
+def test_an_attractor_that_disappears_into_the_basin_of_another_one_ends_the_list():
+    """The upper fixed point of x - (x^3 - x + c) / 2 is lost where c = 2 / 27^(1/2) = 0.385."""
+    f = ss.PiecewiseMap(lambda x, c: x - (x**3 - x + c) / 2, (-1.25, 1.5), parameters={"c": 0.0})
+    upper = ss.safety(f, "c", [0.0, 0.2, 0.5], n_samples=64)
+    assert upper[0].displacement.point[0] == pytest.approx(1.0, rel=1e-9)
+    assert len(upper) == 2
+    assert upper.lost == "the attractor is not found again at c = 0.5"
+    lower = ss.safety(f, "c", [0.0, 0.2, 0.5], n_samples=64, attractor=1)
+    assert len(lower) == 3
+    assert lower.lost == ""
+
+
 def test_an_attractor_that_disappears_ends_the_list():
     f = ss.PiecewiseMap(lambda x, c: x * x + c, (-2.0, 2.0), parameters={"c": 0.0})
     found = ss.safety(f, "c", [0.0, 0.2, 0.3], n_samples=64)  # a fold at 1/4

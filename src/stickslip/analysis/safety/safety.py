@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from stickslip.analysis.attractors.basins import Basins
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, Modelled
     from stickslip.analysis.safety.kicks import Distribution
     from stickslip.analysis.safety.surroundings import Surroundings
@@ -328,7 +329,7 @@ def safety(
     items, lost = [], ""
     for value, place, at, listed in along(f, parameter, wanted_values, number):
         if place < 0:
-            lost = f"no attractor that the one before comes to at {parameter} = {value:.12g}"
+            lost = f"the attractor is not found again at {parameter} = {value:.12g}"
             break
         items.append(measured(at, listed, place, value))
     return SafetyList(tuple(items), parameter, lost)
@@ -338,19 +339,30 @@ Found: TypeAlias = tuple[float, int, Any, Any]
 
 
 def _along_line(f: Any, parameter: str, values: Floats, number: int) -> Iterator[Found]:
-    """Find the attractor again at each value: the one whose basin holds its last point."""
+    """Find the attractor again at each value: where it comes to, and no nearer one does."""
     family: MapFamily = line_family(f)
     checked_parameter(family, parameter)
-    point = None
+    before: AttractorList | None = None
     for value in values.tolist():
         at = family.replace(**{parameter: value})
         listed = attractors(at)
-        if point is not None:
-            low, high = at.domain
-            number = int(basins(at, listed).at(point)) if low <= point <= high else -1
+        if before is not None:
+            number = _outlived_by(at, basins(at, listed), before, number)
         yield value, number, at, listed
-        if 0 <= number < len(listed):
-            point = listed[number].point
+        before = listed
+
+
+def _outlived_by(f: MapFamily, now: Basins, before: AttractorList, number: int) -> int:
+    """Place of the attractor that one before goes on as; -1 if none."""
+    low, high = f.domain
+    ends = [int(now.at(one.point)) if low <= one.point <= high else -1 for one in before]
+    place = ends[number]
+    if place < 0:
+        return -1
+    bands = now.attractors[place].bands
+    off = [np.abs(one.point - np.clip(one.point, *bands.T)).min() for one in before]
+    nearest = min(far for far, end in zip(off, ends, strict=True) if end == place)
+    return place if off[number] <= nearest else -1
 
 
 def _along_space(f: Any, parameter: str, values: Floats, number: int) -> Iterator[Found]:
