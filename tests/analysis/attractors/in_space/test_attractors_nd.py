@@ -350,7 +350,7 @@ def test_a_table_of_shares_tells_what_leaves_and_what_is_undecided():
     f = ss.Map(lambda z, r: z**3 - r * z, 2, parameters={"r": 0.5}, domain=[(-2, 2)] * 2)
     table = ss.basin_fractions(f, "r", [0.2], n_samples=100, max_steps=12).table()
     assert table["attractor"].tolist() == [-2, -1, 0]
-    assert table["kind"].tolist() == ["leave", "undecided", "periodic"]
+    assert table["kind"].tolist() == ["leaves", "undecided", "periodic"]
     assert min(table["share"]) > 0.05
     assert sum(table["share"]) == pytest.approx(1.0, rel=1e-12, abs=0.0)
 

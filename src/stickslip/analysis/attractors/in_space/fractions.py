@@ -80,7 +80,7 @@ class BasinFractions(Result):
     def _columns(self) -> dict[str, Any]:
         rows = []
         for value, known, basins in zip(self.values, self.numbers, self.basins, strict=True):
-            rows += [(value, LEFT, "leave", 0, *basins.share(LEFT))]
+            rows += [(value, LEFT, "leaves", 0, *basins.share(LEFT))]
             rows += [(value, NOWHERE, "undecided", 0, *basins.share(NOWHERE))]
             for k, (number, one) in enumerate(zip(known, basins.attractors, strict=True)):
                 rows.append((value, number, one.kind, one.period, *basins.share(k)))
