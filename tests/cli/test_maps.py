@@ -434,3 +434,21 @@ def test_a_shaken_block_is_asked_for_its_return_map(tmp_path, capsys):
     assert main(["orbits", "--model", str(tmp_path / "shaken.toml"), "--json"]) == 0
     orbits = json.loads(capsys.readouterr().out)["result"]
     assert len(orbits["orbit"]) == len(ss.periodic_orbits(ss.return_map(block)))
+
+
+# ------------------------------------------------------------------ safety
+
+
+def test_safety_along_a_parameter_tells_where_the_attractor_is_lost(capsys):
+    command = "safety --preset coulomb --parameter V --values 0.0366 --values 0.045"
+    assert main(command.split()) == 0
+    told = capsys.readouterr()
+    (row,) = csv.DictReader(io.StringIO(told.out))
+    assert row["period"] == "4"
+    assert "the attractor is not found again at V = 0.045" in told.err
+
+
+@pytest.mark.parametrize("half", ["--values 0.1", "--parameter V"])
+def test_values_of_no_parameter_are_refused(half, capsys):
+    assert main(f"safety --preset coulomb {half}".split()) == 2
+    assert "--parameter and --values belong together" in capsys.readouterr().err

@@ -332,7 +332,8 @@ def safety(
     Columns: its basin's share of the domain; the smallest displacement and the smallest change
     of a block's velocity that lead elsewhere, and into which basin (-1: not proved, -2: out of
     the domain); steps until half and 95 % of the starts have settled; mean steps until random
-    kicks make a motion escape, and the share that does. Errors are standard errors.
+    kicks make a motion escape, and the share that does. Errors are standard errors. Where the
+    attractor is lost along a parameter is said on stderr.
 
     Parameters
     ----------
@@ -349,11 +350,15 @@ def safety(
     """
     import stickslip as ss
 
+    if (parameter is None) != (not values):
+        raise UsageError("--parameter and --values belong together: give both, or neither")
     f = table.event_map()
-    asked = {"attractor": attractor, "kicks": kicks, "within": within}
+    asked: dict[str, Any] = {"attractor": attractor, "kicks": kicks, "within": within}
     if parameter is not None:
-        asked |= {"parameter": parameter, "values": list(values)}  # type: ignore[dict-item]
-    table.deliver("safety", f.model, asked, partial(ss.safety, f, **asked))  # type: ignore[arg-type]
+        asked |= {"parameter": parameter, "values": list(values)}
+    found = table.deliver("safety", f.model, asked, partial(ss.safety, f, **asked))
+    if lost := getattr(found, "lost", ""):
+        note(f"ends early: {lost}", quiet=table.quiet)
     return DONE
 
 
