@@ -711,3 +711,13 @@ def test_a_picture_of_a_fit_has_residuals_below() -> None:
     assert of_record.get_xscale() == "linear"
     with pytest.raises(ValueError, match="no place in a grid"):
         fitted_by(FALLING, a=0.6, v=0.5, h=0.01).plot(ax.figure.add_axes((0, 0, 1, 1)))
+
+
+def test_a_start_that_comes_to_ride_leaves_the_parameters_determined() -> None:
+    """Block 1's slip at the start shrinks to 1e-15, and the landing then has no derivatives."""
+    laws = (ss.Coulomb(mu=0.3), ss.PoppStelter(gamma=1.5, delta=0.1))
+    model = ss.TwoBlock(alpha=0.9, beta=1.15, V=0.11, friction=laws)
+    motion, t = ss.simulate(model, d=0.1, t_end=60.0), np.linspace(0.0, 60.0, 120)
+    fitted = ss.fit(model.replace(V=0.12), ss.Record(t, motion.x(t), motion.v(t)), ["V", "mu_1"])
+    assert fitted.undetermined == ()
+    assert fitted.values == pytest.approx([0.11, 0.3], rel=1e-9)

@@ -42,6 +42,9 @@ MISSED = 100.0
 FEW = 100
 # Standard errors of a velocity within which a block counts as riding.
 SURE = 4.0
+# Of the belt's speed: a block that starts with so slow a slip rides; its landing, at once, would
+# have no derivatives.
+RIDES = 1e-9
 
 
 class Answer(NamedTuple):
@@ -176,6 +179,8 @@ class RecordTerm(Term):
         ):
             state = np.zeros(len(moves))
             state[moves] = values
+            if in_space:
+                state[np.abs(state) <= RIDES * np.abs(belt)] = 0.0
             found.append(state + belt if in_space else state)
         return found
 
