@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
@@ -37,7 +38,7 @@ class _Range(
     lo: float
     hi: float
     n: int
-    scale: Literal["linear", "log"] = "linear"
+    scale: Any = "linear"
 
 
 class _Values(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -115,12 +116,12 @@ def _read(table: Any, kind: type[T], place: str) -> T:
         raise ValueError(
             f"{place.rstrip('.')} = {shown(table)}: a table is needed, {{ key = value }}."
         )
-    fields = msgspec.structs.fields(kind)
-    known = [field.encode_name for field in fields]
+    keys = msgspec.structs.fields(kind)
+    known = [field.encode_name for field in keys]
     for key in table:
         if key not in known:
             raise ValueError(f"{place}{key}: unknown key. {did_you_mean(key, known)}")
-    for field in fields:
+    for field in keys:
         if field.required and field.encode_name not in table:
             raise ValueError(f"{place}{field.encode_name}: missing.")
     try:
@@ -172,7 +173,7 @@ def _observable(number: int, given: Any) -> Observable | str:
     settings = dict(given)
     name = settings.pop("name")
     one_of(f"{place}.name", name, OBSERVABLES)
-    known = OBSERVABLES[name].__dataclass_fields__
+    known = [field.name for field in fields(OBSERVABLES[name])]
     for key in settings:
         if key not in known:
             raise ValueError(f"{place}.{key}: unknown key. {did_you_mean(key, known)}")
