@@ -84,6 +84,21 @@ def test_a_break_that_enters_the_domain_begins_there():
     assert np.isnan(line.d[values < 0.6 - 1e-9]).all()
 
 
+def test_a_break_that_leaves_the_domain_ends_there_though_another_is_near():
+    """Of jumps at -c and 0.04 - c the first is inside [0, 1] for c < 0 only."""
+    f = PiecewiseMap(
+        lambda x, c: 0.1 + 0.3 * (x > -c) + 0.3 * (x > 0.04 - c),
+        (0.0, 1.0),
+        parameters={"c": 0.0},
+        breakpoints=lambda c: [d for d in (-c, 0.04 - c) if d > 0],
+    )
+    values = np.linspace(-0.02, 0.02, 40)
+    first, second = followed(f, "c", values)
+    expected = np.where(values < 0, -values, np.nan)
+    np.testing.assert_allclose(first.d, expected, rtol=0, atol=3e-12)
+    np.testing.assert_allclose(second.d, 0.04 - values, rtol=0, atol=3e-12)
+
+
 def test_lines_of_an_event_map_are_its_breakpoints():
     """Branches beside these jumps change their labels on the way."""
     values = np.linspace(0.0366, 0.0372, 41)
