@@ -11,7 +11,7 @@ from matplotlib.mathtext import MathTextParser
 import stickslip as ss
 from stickslip import examples
 from stickslip.mechanics.eventmap.event_map import EventMapResult
-from stickslip.vocabulary import TERMS, did_you_mean, symbol
+from stickslip.vocabulary import QUANTITIES, TERMS, did_you_mean, symbol
 
 
 def test_names_are_their_keys():
@@ -32,6 +32,12 @@ def test_every_field_of_a_map_result_has_a_term():
 def test_symbols_can_be_drawn(name):
     for text in (symbol(name), symbol(name, 2), symbol(name, "n+1")):
         MathTextParser("path").parse(text)
+
+
+@pytest.mark.parametrize("name", [name for name, term in TERMS.items() if term.physical])
+def test_what_has_a_physical_symbol_has_a_scale(name):
+    assert ss.Units(m=1.0, k=1.0, fs1=1.0).scale(QUANTITIES[TERMS[name].scale]) == 1.0
+    MathTextParser("path").parse(symbol(name, 2, physical=True))
 
 
 def test_subscripts_join():

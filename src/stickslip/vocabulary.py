@@ -24,11 +24,13 @@ class Term:
     meaning: str  # a phrase that can follow "the"
     scale: str = ""  # what one dimensionless unit is; empty for a pure number
     equation: str = ""
+    physical: str = ""  # symbol of what is not made dimensionless, in the paper's notation
 
 
 _LENGTH = "f_s1 / k"
 _TIME = "sqrt(m / k)"
 _VELOCITY = "f_s1 / sqrt(k m)"
+_FORCE = "f_s1"
 _ENERGY = "f_s1^2 / k"
 
 _TABLE = (
@@ -45,14 +47,14 @@ _TABLE = (
     Term("speed", r"s_{0}", "slip speed over which friction falls", _VELOCITY),
     Term("exponent", "q", "exponent of the slip speed in the falling part"),
     # state
-    Term("t", r"\tau", "time", _TIME, "6a"),
-    Term("x", "X", "displacement of a block from where all springs are slack", _LENGTH, "6a"),
-    Term("v", r"\dot{X}", "velocity of a block", _VELOCITY, "7a"),
+    Term("t", r"\tau", "time", _TIME, "6a", "t"),
+    Term("x", "X", "displacement of a block from where all springs are slack", _LENGTH, "6a", "x"),
+    Term("v", r"\dot{X}", "velocity of a block", _VELOCITY, "7a", r"\dot{x}"),
     Term("w", "w", "relative velocity X' - V", _VELOCITY),
     Term("s", "s", "slip speed |X' - V|", _VELOCITY, "8"),
     Term("force", r"F_{\mathrm{k}}", "kinetic friction over the block's static limit", "", "8, 9"),
-    Term("spring_force", "R", "force that a block needs to stay with the belt", "f_s1", "6a"),
-    Term("friction", "F", "friction force on a block", "f_s1", "7a"),
+    Term("spring_force", "R", "force that a block needs to stay with the belt", _FORCE, "6a"),
+    Term("friction", "F", "friction force on a block", _FORCE, "7a", "f"),
     Term("energy", "E", "energy", _ENERGY),
     # event map
     Term("d", "d", "relative displacement X_2 - X_1 in global stick", _LENGTH, "11"),
@@ -69,12 +71,26 @@ _TABLE = (
 TERMS: Final = MappingProxyType({term.name: term for term in _TABLE})
 """Every term by its name, in the order of the documentation."""
 
+QUANTITIES: Final = MappingProxyType(
+    {
+        _LENGTH: "displacement",
+        _TIME: "time",
+        _VELOCITY: "velocity",
+        _FORCE: "force",
+        _ENERGY: "energy",
+    }
+)
+"""What `Units.scale` calls the scale of a term."""
 
-def symbol(name: str, index: int | str | None = None) -> str:
-    """Mathtext of a term, with a subscript: a block, as of "mu_2", or an iterate such as "n+1"."""
+
+def symbol(name: str, index: int | str | None = None, *, physical: bool = False) -> str:
+    """Mathtext of a term, with a subscript: a block, as of "mu_2", or an iterate such as "n+1".
+
+    Or of the physical quantity that it stands for.
+    """
     if name not in TERMS and index is None:
         name, _, index = name.rpartition("_")
-    base = TERMS[name].symbol
+    base = TERMS[name].physical if physical else TERMS[name].symbol
     if index is None:
         return f"${base}$"
     if base.endswith("}") and "_{" in base:  # a symbol that has a subscript: join them

@@ -14,7 +14,13 @@ from stickslip.plot.breaks import mechanism
 from stickslip.plot.law import friction_characteristic
 from stickslip.plot.locus import stick_locus
 from stickslip.plot.maps import cobweb, draw_steps, event_map, mark_orbit
-from stickslip.plot.motion import draw_portrait, sample_times, stick_interval, time_series
+from stickslip.plot.motion import (
+    draw_portrait,
+    phase_portrait,
+    sample_times,
+    stick_interval,
+    time_series,
+)
 from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.style import new_figure, style
 
@@ -191,6 +197,24 @@ class TestMotion:
         tau, dimensionless = ax.lines[2].get_xydata().T
         np.testing.assert_allclose(t, scale * tau, rtol=1e-14)
         np.testing.assert_allclose(v, units.scale("velocity") * dimensionless, rtol=1e-14)
+
+    def test_a_portrait_of_a_physical_motion_is_in_physical_units(self, ax):
+        units = Units(m=2.0, k=8.0, fs1=3.0)
+        motion = simulate(examples.coulomb(), d=0.1, t_end=80)
+        phase_portrait(examples.coulomb().to_physical(motion, units), 2, ax)
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x_{2}$", r"$\dot{x}_{2}$")
+        count = len(ax.lines)
+        phase_portrait(motion, 2, ax)
+        for physical, plain in zip(ax.lines[1:count], ax.lines[count + 1 :], strict=True):
+            scales = [units.scale("displacement"), units.scale("velocity")]
+            drawn = scales * np.array(plain.get_xydata())
+            np.testing.assert_allclose(physical.get_xydata(), drawn, rtol=1e-14)
+
+    @pytest.mark.parametrize("block", [0, 3])
+    def test_a_portrait_is_of_a_block_that_there_is(self, ax, block):
+        motion = simulate(examples.coulomb(), d=0.1, t_end=8)
+        with pytest.raises(ValueError, match=f"block = {block}"):
+            phase_portrait(motion, block, ax)
 
     @pytest.mark.parametrize("block", [1, 2])
     def test_ends_of_the_stick_interval_need_the_static_limit(self, block):

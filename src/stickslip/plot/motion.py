@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.checks import whole_number
 from stickslip.mechanics.flow.at_contacts import at_contacts
 from stickslip.plot.style import PALETTE, axes_or_new
-from stickslip.vocabulary import symbol
+from stickslip.vocabulary import QUANTITIES, TERMS, symbol
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from stickslip.mechanics.model.two_block import TwoBlock
-    from stickslip.mechanics.model.units import Quantity
     from stickslip.numerics.arrays import Floats
-
-_PHYSICAL: Final[dict[str, tuple[Quantity, str]]] = {  # what is scaled, and the paper's symbol
-    "t": ("time", "$t$"),
-    "x": ("displacement", "$x_{i}$"),
-    "v": ("velocity", r"$\dot{x}_{i}$"),
-    "friction": ("force", "$f_{i}$"),
-}
 
 
 def sample_times(
@@ -49,6 +45,18 @@ def _times(trajectory: Any) -> Floats:
     return sample_times(trajectory.t, riding=~trajectory.modes.any(axis=1))
 
 
+def _as_told(trajectory: Any) -> tuple[Any, Callable[..., Any], Callable[..., str]]:
+    """Take the dimensionless motion, how its values are told, and their names, in any units."""
+    units = getattr(trajectory, "units", None)
+    if units is None:
+        return trajectory, lambda _, values: values, symbol
+
+    def physical(name: str, values: Any) -> Any:
+        return units.to_physical(QUANTITIES[TERMS[name].scale], values)
+
+    return trajectory.trajectory, physical, partial(symbol, physical=True)
+
+
 def stick_interval(model: TwoBlock, block: int, x_other: float) -> tuple[float, float]:
     """Displacements at which a block can ride while the other is at a place (eq. 6a)."""
     limit, shift = model.limits[block - 1], model.alpha * x_other
@@ -60,7 +68,7 @@ def phase_portrait(trajectory: Any, block: int = 2, ax: Axes | None = None) -> A
 
     Parameters
     ----------
-    trajectory : Trajectory
+    trajectory : Trajectory or PhysicalTrajectory
         A simulated motion.
     block : int
         From 1; of a structure the contact.
@@ -71,18 +79,27 @@ def phase_portrait(trajectory: Any, block: int = 2, ax: Axes | None = None) -> A
     -------
     matplotlib.axes.Axes
         With the line X' = V dashed.
+
+    Raises
+    ------
+    ValueError
+        There is no such block.
     """
     ax = axes_or_new(ax)
-    t = _times(trajectory)
-    model, V = trajectory.model, float(trajectory.model.plant.V[block - 1])
-    phase = np.minimum(np.searchsorted(trajectory.t, t, side="right"), len(trajectory.modes)) - 1
-    sticks = trajectory.modes[phase] == 0
-    u, w = at_contacts(model, t, trajectory.x(t), trajectory.v(t), sticks)
+    motion, told, named = _as_told(trajectory)
+    plant = motion.model.plant
+    block = whole_number("block", block, 1, at_most=plant.n_contacts)
+    t, V = _times(motion), plant.V[block - 1]
+    phase = np.minimum(np.searchsorted(motion.t, t, side="right"), len(motion.modes)) - 1
+    sticks = motion.modes[phase] == 0
+    u, w = at_contacts(motion.model, t, motion.x(t), motion.v(t), sticks)
     # What sticks has the belt's velocity, but for rounding.
-    v = np.where(sticks, V, w)[:, block - 1]
-    draw_portrait(ax, u[:, block - 1], v, block=block, V=V)
-    if not model.plant.rubs_as_one:
-        ax.set(xlabel=f"displacement of contact {block}", ylabel=f"velocity of contact {block}")
+    x, v = told("x", u[:, block - 1]), told("v", np.where(sticks, V, w)[:, block - 1])
+    draw_portrait(ax, x, v, block=block, V=float(told("v", V)))
+    contact = f"of contact {block}"
+    of_blocks = named("x", block), named("v", block)
+    names = of_blocks if plant.rubs_as_one else (f"displacement {contact}", f"velocity {contact}")
+    ax.set(xlabel=names[0], ylabel=names[1])
     return ax
 
 
@@ -151,18 +168,12 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
     if name not in ("x", "v", "friction"):
         raise ValueError(f"name = {name!r} must be 'x', 'v' or 'friction'")
     ax = axes_or_new(ax)
-    units = getattr(trajectory, "units", None)
-    motion = trajectory if units is None else trajectory.trajectory
+    motion, told, named = _as_told(trajectory)
     t = _times(motion)  # as dense for one cycle whatever the unit of time
-    values = getattr(motion, name)(t)
-    labels = symbol("t"), symbol(name, "i")
-    if units is not None:
-        (time, time_symbol), (quantity, value_symbol) = _PHYSICAL["t"], _PHYSICAL[name]
-        t, values = units.to_physical(time, t), units.to_physical(quantity, values)
-        labels = time_symbol, value_symbol
+    times, values = told("t", t), told(name, getattr(motion, name)(t))
     for block in range(values.shape[-1]):
-        ax.plot(t, values[:, block], label=f"block {block + 1}")
-    ax.set(xlabel=labels[0], ylabel=labels[1])
+        ax.plot(times, values[:, block], label=f"block {block + 1}")
+    ax.set(xlabel=named("t"), ylabel=named(name, "i"))
     columns = min(values.shape[-1], 6)
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
     return ax
