@@ -352,3 +352,26 @@ def test_names_have_no_underscores(explorer, preset):
     assert "_" not in explorer.page.evaluate("() => document.body.innerText")
     along = explorer.page.get_by_label("Parameter of the diagram").locator("option")
     assert not any("_" in text for text in along.all_text_contents())
+
+
+HYPHENS = """() => {
+    const said = [...document.querySelectorAll("[title], [aria-valuetext]")];
+    const texts = said.flatMap((one) => [one.title, one.getAttribute("aria-valuetext") ?? ""]);
+    return [document.body.innerText, ...texts].join("\\n").match(/(?<![\\w.])-\\.?\\d.*/g) ?? [];
+}"""
+
+
+def test_all_numbers_have_one_minus_sign(explorer):
+    found = []
+    for preset, key in (("coulomb", "o"), ("drill-string", "l"), ("coulomb", "g")):
+        explorer.show(f"preset={preset}")
+        explorer.page.keyboard.press(key)
+        found += explorer.page.evaluate(HYPHENS)
+    for _ in range(4):  # the tour's steps
+        explorer.page.keyboard.press("Enter")
+        found += explorer.page.evaluate(HYPHENS)
+    explorer.page.get_by_role("button", name="Done").click()
+    explorer.page.keyboard.press("o")
+    explorer.type_into("V", "-1")
+    found += explorer.page.evaluate(HYPHENS)
+    assert not found

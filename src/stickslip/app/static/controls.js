@@ -29,7 +29,7 @@ import {
   withLaw,
   withLaws,
 } from "./model.js";
-import { written } from "./numbers.js";
+import { spelled, written } from "./numbers.js";
 import { clean, completeAlong, completeState, same } from "./state.js";
 
 export class Controls {
@@ -543,7 +543,8 @@ export class Controls {
   }
 
   #mark() {
-    const { field, message } = this.typed.message ? this.typed : this.told;
+    const { field, message: text } = this.typed.message ? this.typed : this.told;
+    const message = spelled(text);
     if (this.error.textContent === message) return;
     this.error.hidden = !message;
     this.error.textContent = message;
@@ -620,7 +621,7 @@ function sliderOf(one, label, set) {
     show: (at) => {
       now = at;
       input.value = String(NOTCHES * Math.min(1, Math.max(0, share(at))));
-      input.setAttribute("aria-valuetext", String(at));
+      input.setAttribute("aria-valuetext", spelled(String(at)));
     },
   };
 }

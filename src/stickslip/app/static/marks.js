@@ -65,7 +65,7 @@ export function mark(plot, shape, x, y, { color = colors().ink, size = 4 } = {})
 /** Bifurcations by their short names: mark, colour, words. @type {Record<string, [Shape, string, string]>} */
 export const BIFURCATIONS = {
   BC: ["diamond", "purple", "border collision: an orbit meets a break of the map"],
-  PD: ["disc", "green", "flip (period doubling): multiplier -1"],
+  PD: ["disc", "green", "flip (period doubling): multiplier −1"],
   LP: ["right", "blue", "fold: a stable and an unstable orbit meet"],
   TC: ["up", "ink", "transcritical: two orbits exchange stability"],
   PF: ["up", "ink", "pitchfork: an orbit splits in three"],

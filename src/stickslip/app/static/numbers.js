@@ -72,9 +72,9 @@ export function short(value, digits = 5) {
   return minus(String(plain));
 }
 
-/** A text in which X_2 is X₂, and A_3,1 A₃,₁. @param {string} text */
+/** A text in which X_2 is X₂, A_3,1 A₃,₁ and -0.1 −0.1. @param {string} text */
 export const spelled = (text) =>
-  text.replace(/_(\d+(?:,\d+)*)/g, (_, index) =>
+  text.replace(/(?<![\w.)\]])-(?=\.?\d)/g, "−").replace(/_(\d+(?:,\d+)*)/g, (_, index) =>
     index.replace(/\d/g, (/** @type {string} */ digit) => "₀₁₂₃₄₅₆₇₈₉"[Number(digit)]),
   );
 

@@ -42,7 +42,7 @@ export const STEPS = /** @type {const} */ ([
     preset: "law9",
     title: "A cusp in place of a jump",
     text: [
-      "Now friction falls smoothly with speed, law (9). Where block 2 grazes, at d = 0.3815, the map no longer jumps: it has a cusp, a corner at which the slope goes from 5.95 to -2.19. S1, right of it, attracts: its multiplier is -0.94, near -1.",
+      "Now friction falls smoothly with speed, law (9). Where block 2 grazes, at d = 0.3815, the map no longer jumps: it has a cusp, a corner at which the slope goes from 5.95 to −2.19. S1, right of it, attracts: its multiplier is −0.94, near −1.",
     ],
   },
   {
