@@ -1,12 +1,15 @@
 """Each view shows what the library computes, and leads to the others."""
 
 import itertools
+import json
 import re
 
 import numpy as np
 import pytest
+from tests.app.talk import CHAIN
 
 import stickslip as ss
+from stickslip.app.requests import MOST_BLOCKS
 
 MODEL = ss.examples.coulomb()
 QUICK = ["map", "portrait-1", "portrait-2", "plane", "law"]
@@ -322,6 +325,14 @@ def test_portraits_and_plane_show_the_motion(explorer):
         assert explorer.panel(panel).locator(".tip").text_content().startswith("X")
     corners = explorer.view("plane", "view.locus.corners")
     assert corners[0][1] - corners[0][0] == pytest.approx(MODEL.domain[0])
+
+
+def test_every_block_of_the_longest_chain_has_its_portrait(explorer):
+    static = [1.0 + 0.01 * k for k in range(MOST_BLOCKS)]
+    with explorer.asking_only("motion"):
+        explorer.show("model=" + json.dumps({**CHAIN, "static": static}), "motion")
+        assert explorer.page.locator(".panel-portrait:visible").count() == MOST_BLOCKS
+        assert explorer.inked(f"portrait-{MOST_BLOCKS}") > 8
 
 
 def test_the_friction_law_follows_its_parameter(explorer):

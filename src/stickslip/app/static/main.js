@@ -27,7 +27,6 @@ import { TableView } from "./views/table.js";
 import { PlaneView, PortraitView } from "./views/motion.js";
 
 const ADDRESS_MS = 200;
-const MOST_PORTRAITS = 8;
 
 /** @param {string} name */
 const read = async (name) => (await fetch(`static/shipped/${name}.json`)).json();
@@ -61,10 +60,8 @@ const preparing = (steps) =>
 
 /** @param {App} app @param {HTMLElement} main */
 function addViews(app, main) {
-  const portraits = Array.from(
-    { length: MOST_PORTRAITS },
-    (_, block) => new PortraitView(app, block),
-  );
+  const most = Math.max(...app.limits.models.map(({ blocks }) => blocks?.max ?? 1));
+  const portraits = Array.from({ length: most }, (_, block) => new PortraitView(app, block));
   const law = new LawView(app);
   const map = new MapView(app, "map");
   const line = [
