@@ -2,7 +2,9 @@
 
 import json
 
+import numpy as np
 import pytest
+from tests.app.talk import CHAIN
 
 import stickslip as ss
 from stickslip.app.folder import presets
@@ -142,6 +144,61 @@ def test_cells_of_a_plane_have_no_gaps_at_any_width(explorer):
     assert [a for k, a in enumerate(lefts) if k % 64] == [
         b for k, b in enumerate(rights) if (k + 1) % 64
     ]
+
+
+STROKES = """(t) => {
+    explorer.clock.seek(t);
+    const { prototype } = CanvasRenderingContext2D;
+    const own = ["beginPath", "moveTo", "lineTo", "stroke"];
+    const { beginPath, moveTo, lineTo, stroke } = prototype;
+    const kept = { beginPath, moveTo, lineTo, stroke };
+    let at = [];
+    const drawn = {};
+    const does = {
+        beginPath: () => { at = []; },
+        moveTo: (x, y) => at.push([x, y]),
+        lineTo: (x, y) => at.push([x, y]),
+        stroke: (context) => { (drawn[context.strokeStyle] ??= []).push(at); },
+    };
+    for (const name of own) prototype[name] = function (...of) {
+        does[name](...of, this);
+        return kept[name].apply(this, of);
+    };
+    const view = explorer.views.find(({ id }) => id === "mechanism");
+    view.plot.context = view.plot.over.getContext("2d");
+    view.paint();
+    Object.assign(prototype, kept);
+    return drawn;
+}"""
+
+
+def box(path):
+    return np.min(path, axis=0), np.max(path, axis=0)
+
+
+def test_arrows_of_slip_stand_off_all_springs(explorer):
+    """In a row of four, of which the inner ones hang on springs from above as well."""
+    colours = explorer.page.evaluate(
+        """() => ["slip", "muted"].map((name) => {
+            const { context } = explorer.views[1].plot;
+            context.strokeStyle = getComputedStyle(document.documentElement)
+                .getPropertyValue(`--${name}`).trim();
+            return context.strokeStyle;
+        })"""
+    )
+    with explorer.asking_only("motion"):
+        explorer.show("model=" + json.dumps({**CHAIN, "static": [1.0, 1.1, 1.2, 1.3]}), "motion")
+        drawn = [explorer.page.evaluate(STROKES, t) for t in range(20, 60)]
+    count = 0
+    for strokes in drawn:
+        arrows, springs = (strokes.get(one, []) for one in colours)
+        for (left, top), (right, bottom) in (box(path) for path in arrows if len(path) == 2):
+            count += 1
+            for path in springs:
+                x, y = np.transpose(path)
+                near = (x > left - 6) & (x < right + 6) & (y > top - 4) & (y < bottom + 4)
+                assert not near.any()
+    assert count > 10
 
 
 def test_what_belongs_to_a_contact_has_its_name(explorer):

@@ -191,10 +191,10 @@ export class MechanismView extends View {
       const end = at.floor - 0.62 * at.side - (scene.lifted(other) ? RAISED : 0);
       this.#spring(centre[one] + half, centre[other] - half, y, end);
     } else {
-      const top = at.floor - at.side - RAISED;
+      const [top, end] = [one, other].map((b) => at.floor - at.side - (scene.lifted(b) ? RAISED : 0));
       c.beginPath();
       c.moveTo(centre[one], top);
-      c.quadraticCurveTo((centre[one] + centre[other]) / 2, Math.max(2, top - 40), centre[other], top);
+      c.quadraticCurveTo((centre[one] + centre[other]) / 2, Math.max(2, top - 40), centre[other], end);
       c.stroke();
     }
     c.setLineDash([]);
@@ -373,8 +373,9 @@ export class MechanismView extends View {
     this.#number(block, centre, floor - (worded ? 0.66 : 0.5) * side, wide, ink);
     c.font = `11px ${SANS}`;
     if (worded) c.fillText(rides ? "stick" : "slip", centre, floor - 0.3 * side);
-    const length = Math.min(30, 0.6 * spacing, 10 + 40 * speed);
-    if (way) arrow(c, centre, floor - side - 7, centre + way * length, of.slip);
+    // From its side, below the springs: above are those that hang, and those to bodies farther off.
+    const [from, length] = [centre + (way * wide) / 2, Math.min(30, 0.3 * spacing, 10 + 40 * speed)];
+    if (way) arrow(c, from, floor - 0.2 * side, from + way * length, of.slip);
   }
 
   /** A body's number, as large as it has room for, if any. @param {number} body @param {number} x @param {number} y @param {number} wide @param {string} ink */
