@@ -1,7 +1,10 @@
 """One rule for the state of an answer: shown at once, current, stale or failed, in every view."""
 
+import json
+
 import pytest
 from tests.app.browser.test_looks import violations
+from tests.app.talk import COULOMB
 
 from stickslip.app.folder import preset_names
 
@@ -343,6 +346,41 @@ def test_what_an_answer_leaves_undecided_is_told_and_listed(explorer):
     keys.press("o")
     explorer.page.evaluate("() => explorer.setParameter('alpha', 1.21)")
     assert diagram.is_hidden()  # of older values
+
+
+def test_of_another_system_nothing_is_shown_as_of_this_one(explorer):
+    """Where its own answers failed, those of the last system were told, and their domain."""
+    explorer.settle("basins", "diagram")
+    stribeck = {**COULOMB, "friction": {"law": "stribeck", "mu": 0.3, "speed": 0.2}}
+    with explorer.asking_only("law"):
+        explorer.show(f"model={json.dumps(stribeck)}", "law")
+        for panel in ("map", "power", "diagram", "basins"):
+            assert explorer.view(panel, "view.sentence()") == ""
+        assert explorer.page.evaluate("() => explorer.domain() ?? null") is None
+    explorer.show()
+    assert "S4" in explorer.view("map", "view.sentence()")
+
+
+FAIL = """(parts) => {
+    const none = { id: 0, part: 0, view: "", last: true, progress: 1, data: {}, arrays: {} };
+    const question = explorer.question("map");
+    for (const part of [...parts, { error: { message: "took too long" } }])
+        explorer.receive("map", question, { ...none, ...part });
+}"""
+
+
+def test_of_a_map_that_failed_no_older_orbits_are_told(explorer):
+    explorer.settle("power")
+    assert "attracts" in explorer.view("power", "view.sentence()")
+    values = {"x": [0.0, 0.1], "f": [0.1, 0.2], "branch": [0, 0]}
+    first = {"last": False, "arrays": values, "data": {"labels": ["0"], "domain": [-0.6, 0.6]}}
+    with explorer.asking_only("power"):
+        explorer.page.evaluate("() => explorer.setParameter('alpha', 1.21)")
+        explorer.settle("power")
+        explorer.page.evaluate(FAIL, [])
+        assert explorer.view("power", "view.sentence()") == "Repeating after 2 sticks."
+        explorer.page.evaluate(FAIL, [first])
+        assert "attract" not in explorer.view("map", "view.sentence()")
 
 
 @pytest.mark.parametrize("preset", ["coulomb", "drill-string", "brake"])

@@ -44,6 +44,11 @@ export class Answers {
     /** @type {Map<string, Answer>} */ this.newest = new Map();
   }
 
+  clear() {
+    this.shown.clear();
+    this.newest.clear();
+  }
+
   /**
    * Take a part; tell its answer.
    * @param {string} slot @param {Question} question @param {Part} part

@@ -14,6 +14,7 @@ import {
   coordinateOf,
   hasLineMap,
   mapOf,
+  shapeOf,
   slidersOf,
   valueOf,
   withValue,
@@ -59,6 +60,7 @@ export class App {
     /** What is shown may have other names. */
     this.arrange = () => {};
     this.restTimer = 0;
+    /** Of the system whose answers are known. */ this.shape = "";
     const url = new URL("ws", location.href);
     url.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     url.hash = "";
@@ -187,6 +189,7 @@ export class App {
   // --- questions -------------------------------------------------------------------------------
 
   changed() {
+    this.#forgetOthers();
     this.askAll(); // first: the server works while the views are drawn
     const { large } = this;
     for (const view of this.views) {
@@ -203,6 +206,17 @@ export class App {
     }
     this.arrange();
     this.judge();
+  }
+
+  /** Answers of another system are no older values of this one. */
+  #forgetOthers() {
+    const shape = shapeOf(this.state);
+    if (shape !== this.shape) {
+      for (const slot of [...this.connection.running.keys()]) this.connection.forget(slot);
+      this.asked.clear();
+      this.known.clear();
+    }
+    this.shape = shape;
   }
 
   /** Ask what is new: the map first, what is quick after it, the rest when the controls rest. */

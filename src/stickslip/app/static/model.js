@@ -104,6 +104,16 @@ const lawEntry = (limits, law) =>
     default: { law },
   };
 
+/**
+ * What is alike in systems that differ in their numbers alone: their answers have the same coordinates.
+ * @param {{model: Model, section: any}} state
+ */
+export const shapeOf = ({ model, section }) =>
+  JSON.stringify([
+    ...[model.kind, blockCount(model), lawsOf(model).map(({ law }) => law)],
+    ...[Boolean(model.forcing), section],
+  ]);
+
 /** What a formula of one's own begins as. */
 export const FORMULA = { law: "mu + (1 - mu) * exp(-s / v)", mu: 0.3, v: 0.1 };
 

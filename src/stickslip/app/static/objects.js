@@ -9,6 +9,7 @@
 import { named } from "./marks.js";
 import { modeBar } from "./modes.js";
 import { short, spelled } from "./numbers.js";
+import { alike } from "./shipped.js";
 
 /** Where a mechanism goes into numbers, too long for a sentence. */
 export const AWAY = /(, X|:| near X)/;
@@ -37,22 +38,25 @@ export const isThrough = ({ kind }) => kind === "infinitely unstable";
 
 /**
  * Orbits of the present map; until they are known those of the one before (`old`). A search
- * completes what follows from the map before.
+ * completes what follows from the map before. Nothing brings the present ones where they are `past`.
  * @param {App} app
- * @returns {{orbits: Named[], old: boolean, searched: boolean, complete: boolean}}
+ * @returns {{orbits: Named[], old: boolean, past: boolean, searched: boolean, complete: boolean}}
  */
 export function orbitsOf(app) {
   const answer = app.answers.get("map");
   const now = answer?.parts.findLast((part) => part.data.orbits);
-  // A whole answer without them was not asked for any.
-  const before = answer?.done ? undefined : answer?.before.findLast((part) => part.data.orbits);
+  // A whole answer without them was not asked for any; one that broke off gets no more.
+  const ended = answer?.done || answer?.error || answer?.cancelled;
+  const before = ended ? undefined : answer?.before.findLast((part) => part.data.orbits);
   /** @type {Orbit[]} */
   const orbits = [...((now ?? before)?.data.orbits ?? [])];
   // Those that follow from the last map lack what only a search finds.
   const followed = now?.data.part_name === "followed";
   if (followed) orbits.push(...(before?.data.orbits ?? []).filter(isThrough));
   const complete = now?.data.complete ?? true;
-  return { orbits: named(orbits), old: !now, searched: Boolean(now) && !followed, complete };
+  const comes = app.connection.running.has("map");
+  const past = !comes && !(answer && alike(answer.question, app.question("map")));
+  return { orbits: named(orbits), old: !now, past, searched: Boolean(now) && !followed, complete };
 }
 
 /** @param {App} app @param {Named} orbit @returns {Thing} */

@@ -8,10 +8,12 @@ import { mapOf, sticksAsOne } from "../model.js";
 import { listed, short, spelled } from "../numbers.js";
 import { View } from "./view.js";
 
+const UNSTABLE = "unstable"; // found by Newton's method: no motion ends there
+
 export class CycleView extends View {
   /** @param {App} app */
   constructor(app) {
-    const help = "Period and Floquet multipliers of the cycle on which the motion ends.";
+    const help = "Period and Floquet multipliers of the cycle that the motion comes to.";
     super(app, { id: "cycle", title: "Limit cycle", help, slots: ["cycle"], export: "cycle" });
     this.table = element("div", {
       class: "table-holder",
@@ -26,9 +28,9 @@ export class CycleView extends View {
   sentence() {
     const cycle = this.answer("cycle")?.parts[0]?.data;
     if (cycle?.why) return "From this start no cycle is reached.";
-    return cycle
-      ? `The motion ends on a cycle that repeats every ${short(cycle.period, 4)}: ${stability(cycle)}.`
-      : "";
+    if (!cycle) return "";
+    const what = `a cycle that repeats every ${short(cycle.period, 4)}: ${stability(cycle)}.`;
+    return stability(cycle) === UNSTABLE ? `Near the motion is ${what}` : `The motion ends on ${what}`;
   }
 
   update() {
@@ -60,7 +62,7 @@ function stability({ stable, multipliers }) {
   if (stable) return "stable";
   const sizes = multipliers.map((/** @type {any} */ one) => Math.hypot(...[one].flat()));
   const neutral = short(Math.max(...sizes), 6) === "1";
-  return neutral ? "neither stable nor unstable, a multiplier has size 1" : "unstable";
+  return neutral ? "neither stable nor unstable, a multiplier has size 1" : UNSTABLE;
 }
 
 /** A table of names and what is said of them. @param {string[][]} lines */

@@ -56,13 +56,13 @@ export class MapView extends View {
     return this.answer(this.slot)?.parts.findLast((part) => part.arrays.x);
   }
 
-  /** Those of the map; of its power those that are its fixed points. */
+  /** Those of the map; of its power those that are its fixed points, if the map is of the same values. */
   get orbits() {
     const known = orbitsOf(this.app);
     const { power } = this.app.state;
-    return this.main
-      ? known
-      : { ...known, orbits: known.orbits.filter(({ period }) => power % period === 0) };
+    if (this.main) return known;
+    const orbits = known.orbits.filter(({ period }) => !known.past && power % period === 0);
+    return { ...known, orbits, old: known.old || known.past };
   }
 
   update() {
