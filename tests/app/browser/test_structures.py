@@ -236,6 +236,14 @@ GLUED = ss.Structure(
 )
 
 
+def test_what_the_table_of_a_contact_leaves_out_has_its_default(explorer):
+    model = model_values(GLUED)
+    del model["contact"][1]["V"]
+    with explorer.asking_only("law"):
+        explorer.show(f"model={json.dumps(model)}", "law")
+        assert explorer.page.locator(".controls input[name='V_2']").input_value() == "0"
+
+
 def test_rounding_is_not_drawn_as_motion_and_a_neutral_cycle_is_not_called_unstable(explorer):
     """Two bodies stick on each other for ever, wherever they did so first."""
     explorer.show(f"model={json.dumps(model_values(GLUED))}")

@@ -221,6 +221,9 @@ const SYMBOLS = {
 
 const EVERYWHERE = new Set(["static", "V", "amplitude", "frequency", "phase"]); // 0 is a value there
 
+/** What a contact has where its table does not say. @type {Record<string, number>} */
+const UNSAID = { static: 1, V: 0 };
+
 /**
  * Numbers of matrices and contacts: named as the library names them, each with the places where it is.
  * @param {Model} model
@@ -228,7 +231,7 @@ const EVERYWHERE = new Set(["static", "V", "amplitude", "frequency", "phase"]); 
 function entriesOf(model) {
   /** @type {{one: Parameter, paths: Path[]}[]} */ const entries = [];
   const add = (/** @type {string} */ name, /** @type {string} */ stem, /** @type {Path[]} */ paths) => {
-    const value = at(model, paths[0]);
+    const value = at(model, paths[0]) ?? UNSAID[stem];
     if (value === 0 && !EVERYWHERE.has(stem)) return;
     const [letter, meaning] = /** @type {any} */ (SYMBOLS)[stem] ?? [stem, stem];
     const index = name.match(/\d+/g)?.join() ?? "";

@@ -302,9 +302,10 @@ export class MechanismView extends View {
       );
       c.stroke();
     }
-    const middle = (left + right) / 2;
-    arrow(c, middle - 16 * Math.sign(V), floor + r + 3, middle + 16 * Math.sign(V), of.ink);
-    mathText(c, "V", middle + 26, floor + r + 7, of.ink);
+    const [middle, half] = [(left + right) / 2, Math.min(16, (right - left) / 6)];
+    arrow(c, middle - half * Math.sign(V), floor + r + 3, middle + half * Math.sign(V), of.ink);
+    // Of a short belt the pulleys have the room.
+    if (half === 16) mathText(c, "V", middle + 26, floor + r + 7, of.ink);
   }
 
   /** Where a spring holds the first body, or the last. @param {any} at @param {Scene} scene */
