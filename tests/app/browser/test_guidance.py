@@ -349,6 +349,7 @@ def test_coordinates_and_parameters_have_one_name_in_all_texts(explorer):
     assert explorer.view("diagram", "view.read(1.5, 2)") == "a = 1.5, φ = 2"
     explorer.page.keyboard.press("o")
     assert explorer.plot("map").get_attribute("aria-label").startswith("From one return of")
+    assert "from each φ" in explorer.plot("basins").get_attribute("aria-label")
     explorer.show("preset=hunting-axis", "map")
     assert explorer.page.evaluate("() => explorer.written('A_3_1')") == "A₃,₁"
 

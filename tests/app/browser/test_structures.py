@@ -100,6 +100,7 @@ def test_what_a_structure_has_not_is_told_in_a_sentence(explorer):
     explorer.settle("basins")
     assert "x₂ and v₂: see Basins" in explorer.panel("cycle").text_content()
     assert explorer.view("section", "view.axes") == ["x_2", "v_2"]
+    assert "global stick" not in explorer.plot("section").get_attribute("aria-label")
 
 
 def test_what_is_no_row_of_blocks_offers_no_picture_of_its_mechanism(explorer):

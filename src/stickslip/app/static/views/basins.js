@@ -20,10 +20,9 @@ const REST = [
 export class BasinsView extends View {
   /** @param {App} app @param {Plot} above  of the map */
   constructor(app, above) {
-    const help = "Which attractor a motion from each d ends on. Click to start one.";
-    super(app, { id: "basins", title: "Basins", help, slots: ["basins"], export: "basins" });
+    super(app, { id: "basins", title: "Basins", help: "", slots: ["basins"], export: "basins" });
     this.zoomed = "map";
-    const plot = this.addPlot({ name: help, xlabel: "d", ylabel: "", bare: true, left: 58, above });
+    const plot = this.addPlot({ name: "Basins", xlabel: "d", ylabel: "", bare: true, left: 58, above });
     this.plot = plot;
     plot.paint = () => this.paint();
     plot.paintOver = () => plot.vertical(app.state.d, { color: colors().ink, width: 1.5 });
@@ -59,6 +58,7 @@ export class BasinsView extends View {
     const whole = edges ? [edges[0], edges[edges.length - 1]] : [-1, 1];
     const [low, high] = this.app.state.windows.map ?? this.app.domain() ?? whole;
     this.plot.options.xlabel = coordinateOf(this.app.state);
+    this.help(`Which attractor a motion from each ${this.app.written("d")} ends on. Click to start one.`);
     this.plot.setView([low, high, 0, 1], this.app.state.d);
   }
 

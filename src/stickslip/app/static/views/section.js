@@ -14,9 +14,8 @@ import { View } from "./view.js";
 export class SectionView extends View {
   /** @param {App} app */
   constructor(app) {
-    const help = "Which attractor a motion from each global stick phase ends on.";
-    super(app, { id: "section", title: "Basins", help, slots: ["basins"], export: "basins" });
-    const plot = this.addPlot({ name: help, xlabel: "d_1", ylabel: "d_2" });
+    super(app, { id: "section", title: "Basins", help: "", slots: ["basins"], export: "basins" });
+    const plot = this.addPlot({ name: "Basins", xlabel: "d_1", ylabel: "d_2" });
     this.plot = plot;
     plot.paint = () => this.paint();
     plot.onhover = (x, y) => this.read(x, y);
@@ -61,6 +60,8 @@ export class SectionView extends View {
     const { options } = this.plot;
     const [first, second] = this.axes;
     Object.assign(options, { xlabel: first, ylabel: second });
+    const starts = sticksAsOne(this.app.state.model) ? "global stick phase" : "point of the return map";
+    this.help(`Which attractor a motion from each ${starts} ends on.`);
     this.plot.setView(this.app.state.windows.section ?? whole);
   }
 
