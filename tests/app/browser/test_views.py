@@ -105,6 +105,18 @@ def test_what_is_counted_is_in_the_window(explorer):
     assert sentence == "Of the starts d shown 100 % end on S4."
 
 
+def test_what_is_counted_is_in_the_window_asked_for_before_it_is_drawn(explorer):
+    counted = explorer.page.evaluate(
+        """() => {
+            explorer.zoom("map", [0.2, 0.4, 0.2, 0.4]);
+            return explorer.views.find(({ id }) => id === "map").sentence();
+        }"""
+    )
+    explorer.settle()
+    told = explorer.view("map", "view.sentence()")
+    assert counted.split(" Nearest")[0] == told.split(" Nearest")[0]
+
+
 def test_two_attractors_of_one_period_have_the_names_of_the_map(explorer):
     explorer.settle("basins")
     names = explorer.view(

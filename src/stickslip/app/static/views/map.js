@@ -93,7 +93,7 @@ export class MapView extends View {
         ? "No value: from no d shown do both blocks stick together again."
         : "No value: from no point shown does the motion return.";
     const { power, d, windows } = this.app.state;
-    const { shown } = this.plot;
+    const shown = this.plot.view; // what is drawn by now may be of the view before
     const all = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const proper = all.filter((orbit) =>
       this.spots(orbit).some(
