@@ -175,7 +175,7 @@ def test_it_says_what_it_does_not_compute(alone):
     alone.page.evaluate("() => explorer.setParameter('damping', 0)")
     alone.page.evaluate("() => explorer.setParameter('V', -1)")
     alone.page.wait_for_function(
-        "() => document.querySelector('.controls').textContent.includes('V = \u22121 is not above 0')"
+        r"() => document.querySelector('.error').textContent.includes('V = \u22121 is not above 0')"
     )
 
 
