@@ -165,20 +165,12 @@ def _march(
         guess = _extrapolated(places, value)
         reach = np.maximum(radius, SMALLEST) * domain_width(f)
         x, difference = _located(f, start.kind[rows], guess[rows], reach[rows], contrast[rows])
-        x = _apart(x, guess[rows], LOCATED * domain_width(f))
         found[step, rows], contrast[rows] = x, difference
         rows = rows[np.isfinite(x)]
         if value not in (q for q, _ in places):
             radius = 4.0 * np.abs(found[step] - guess) / domain_width(f)
             places = [*places, (value, found[step])][-PLACES:]
     return found, _extrapolated(places, towards.value)
-
-
-def _apart(x: Floats, guess: Floats, same: float) -> Floats:
-    """Leave each place to the line that foretold it best: another has ended, as where d wraps."""
-    off = np.abs(x - guess)
-    others = (np.abs(x[:, None] - x) <= same) & (off < off[:, None])
-    return np.where(others.any(axis=1), np.nan, x)
 
 
 def _extrapolated(places: list[tuple[float, Floats]], value: float) -> Floats:
@@ -230,4 +222,8 @@ def _located(
     difference = np.abs(_signal(kind, brackets.right) - _signal(kind, brackets.left))
     good &= difference >= REMAINS * contrast  # else it was slope, not a break
     middle = 0.5 * (brackets.left.x + brackets.right.x)
+    # A break belongs to the line that foretold it best: another has ended, as where d wraps.
+    off = np.where(good, np.abs(middle - x), np.inf)
+    shared = np.abs(middle[:, None] - middle) <= LOCATED * width
+    good &= ~(shared & (off < off[:, None])).any(axis=1)
     return np.where(good, middle, np.nan), np.where(good, difference, contrast)
