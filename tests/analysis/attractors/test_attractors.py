@@ -184,6 +184,15 @@ def weak(slope, shift):
     )
 
 
+def test_no_orbit_of_chaos_has_a_lower_period_than_is_told():
+    # Ways from a band back to itself take 4 or 5 maps, and multiples of these.
+    f = EventMap(TwoBlock(alpha=3.128, beta=1.511475, V=0.01434, friction=Coulomb(mu=0.1086)))
+    (found,) = attractors(f)
+    assert (found.kind, found.period, found.lowest_period) == ("chaotic", 1, 4)
+    periods = [o.period for o in periodic_orbits(f, 9) if found.contains(o.points).all()]
+    assert min(periods) >= found.lowest_period
+
+
 @pytest.mark.parametrize(("slope", "period"), [(1.01, 64), (1.02, 32), (1.05, 8), (1.3, 2)])
 def test_bands_of_a_symmetric_map_that_stretches_little(slope, period):
     # Its power 2 near the middle is such a map again while the square of its slope is at most 2.

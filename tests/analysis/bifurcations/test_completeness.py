@@ -13,7 +13,7 @@ from tests.sizes import slow, tries
 
 import stickslip as ss
 from stickslip.analysis.bifurcations import bifurcations as lists
-from stickslip.analysis.bifurcations.accounting import Look, accounted
+from stickslip.analysis.bifurcations.accounting import Look, accounted, unlike
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, joined_where_they_touch
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
@@ -625,8 +625,21 @@ def test_chaos_counts_unless_longer_cycles_or_what_is_undecided_stand_for_it(bef
         assert bool(unresolved) is told
 
 
+def test_chaos_that_holds_no_cycle_asked_for_is_set_apart_however_few_its_sets_of_bands():
+    # Bands that maps cut out of a window of long cycles: ways back take 28 maps, or 30, or more.
+    in_pairs = look(0.0, ("chaotic", 2, 28))
+    unresolved, (outside,) = accounted([in_pairs, look(1.0)], [], max_period=3)
+    assert not unresolved
+    assert "chaos in 28 bands" in outside.reason
+    assert not unlike([in_pairs, look(1.0, ("chaotic", 1, 29))], [], max_period=3)
+    assert accounted([look(0.0, ("chaotic", 1, 12)), look(1.0)], [], max_period=3)[0]
+
+
 def look(value, *sorts):
-    attractors = [SimpleNamespace(kind=kind, period=period, orbit=None) for kind, period in sorts]
+    attractors = [
+        SimpleNamespace(kind=kind, period=period, orbit=None, lowest_period=sum(lowest))
+        for kind, period, *lowest in sorts
+    ]
     return Look(value, attractors)
 
 

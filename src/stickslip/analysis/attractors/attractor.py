@@ -23,6 +23,8 @@ AttractorKind: TypeAlias = Literal["periodic", "chaotic", "neutral", "undecided"
 class AnyAttractor(Result):
     """What attractors of maps of any dimension have in common."""
 
+    lowest_period: int = 0  # not known
+
     def __repr__(self) -> str:
         """Short table."""
         return f"{type(self).__name__}({self._line()})"
@@ -68,6 +70,8 @@ class Attractor(AnyAttractor):
         For chaos, where each edge comes from: the break, turning point or end of the domain,
         the side from which the map is taken there (-1 left, 1 right), and how many maps later
         its image is the edge; 0 maps if that is not known.
+    lowest_period : int
+        For chaos, the fewest maps from a band back to itself: no orbit in it has a shorter period.
     system : map or None
         What it attracts in.
     """
@@ -82,6 +86,7 @@ class Attractor(AnyAttractor):
     edges: tuple[str, ...] = ()
     reason: str = ""
     sources: tuple[tuple[float, int, int], ...] = ()
+    lowest_period: int = 0
     system: Map1D | None = field(default=None, repr=False, compare=False)
     _column_names: ClassVar = (
         *("kind", "period", "lyapunov", "lyapunov_error", "basin_share"),

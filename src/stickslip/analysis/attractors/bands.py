@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import count
+from operator import or_
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -48,6 +51,7 @@ class Bands:
     reason: str = ""  # empty for a trapping region, else why there is none
     # for each edge: end of a lap, side of approach (-1 left, 1 right), maps (0: unknown)
     sources: tuple[tuple[float, int, int], ...] = ()
+    lowest_period: int = 0  # of an orbit in the bands: maps from one back to itself, at least
 
     def contain(self, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
         """Tell which points lie in a band, with `slack` on both sides."""
@@ -105,23 +109,23 @@ def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:
     to the bands, and that stays for long.
     """
     slack = SAME * domain_width(f)
-    alone = _repeated(f, laps, intervals[:1], slack, ALONE)
-    if alone.reason != GROWING:
-        return alone
+    alone = whole = _repeated(f, laps, intervals[:1], slack, ALONE)
     for current in (alone.intervals, *intervals[1:, None]):
+        # What only leads to the bands is left behind: the whole is mapped, too, until it stays.
+        if whole.reason != GROWING:
+            break
         union, reason = _covered(f, laps, current, slack)
         if reason:
             return replace(alone, intervals=union, reason=reason)
-        # What only leads to the bands is left behind: the whole is mapped, too, until it stays.
         whole = _repeated(f, laps, union, slack, STAYS)
-        if whole.reason != GROWING:
-            break
-    else:
+    if whole.reason == GROWING:
         whole = _repeated(f, laps, whole.intervals, slack, MAX_STEPS)
     if not whole.period:
         return whole
-    turns = _turns(f, laps, whole.intervals, slack)
-    return replace(whole, period=turns, reason=whole.reason if turns else NARROW)
+    turns, lowest = _turns(f, laps, whole.intervals, slack)
+    period = alone.period or turns
+    reason = whole.reason if period else NARROW
+    return replace(whole, period=period, lowest_period=lowest, reason=reason)
 
 
 def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -> Bands:
@@ -194,17 +198,24 @@ def _outside(known: Floats, intervals: Floats, slack: float) -> Floats:
     return np.column_stack([low[there], high[there]])
 
 
-def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> int:
-    """Return the greatest common divisor of all ways from a band back to itself; 0 for none."""
-    steps, waiting, divisor = {0: 0}, [0], 0
+def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> tuple[int, int]:
+    """Return the greatest common divisor of all ways from a band back to itself, and the least."""
+    steps, divisor, after = {0: 0}, 0, dict[int, list[int]]()
+    waiting = [0]
     for k in waiting:
         low, high = common(image(f, laps, bands[k : k + 1], slack)[0], *bands.T)
-        for j in np.flatnonzero(np.any(high - low > slack, axis=0)).tolist():
+        after[k] = np.flatnonzero(np.any(high - low > slack, axis=0)).tolist()
+        for j in after[k]:
             if j not in steps:
                 steps[j] = steps[k] + 1
                 waiting.append(j)
             divisor = math.gcd(divisor, steps[k] + 1 - steps[j])
-    return divisor
+    ends = {k: 1 << k for k in after}  # of all ways of so many maps, a bit for each band
+    for n in count(1) if divisor else ():
+        ends = {k: reduce(or_, (ends[j] for j in after[k]), 0) for k in ends}
+        if any(ends[k] >> k & 1 for k in ends):
+            return divisor, n
+    return 0, 0
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
@@ -221,7 +232,8 @@ def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
     if not np.all(np.isfinite(edges)) or np.any(np.diff(edges) < 0):
         return replace(bands, reason="edges of the bands do not keep their order")
     slack = SAME * domain_width(f)
-    return _described(f, laps, intervals, bands.sources, bands.period, slack)
+    there = _described(f, laps, intervals, bands.sources, bands.period, slack)
+    return replace(there, lowest_period=bands.lowest_period)
 
 
 def _one_sided(laps: Laps, x: float, side: int) -> float:

@@ -304,6 +304,7 @@ class AttractorSearch:
             point=float(motion.values[0, -1]),
             edges=bands.causes,
             sources=bands.sources,
+            lowest_period=bands.lowest_period,
         )
         self.known.append(_Known(attractor))
         return ""

@@ -36,23 +36,28 @@ class Look:
 LookT = TypeVar("LookT", bound=Look)
 
 
-def _sorts_of(look: Look) -> Counter[Sort]:
+def _sorts_of(look: Look, max_period: int) -> Counter[Sort]:
     """Count the attractors at a value by kind and period; slow cycles by their multipliers."""
+    # Chaos without cycles that were asked for, as of a window of long ones, by their least period.
     # Beside its stability limit a cycle is too slow to be seen to attract, but it is listed.
     sorts: Counter[Sort] = Counter()
     for attractor in look.attractors:
         slow = attractor.kind == "undecided" and attractor.orbit is not None
         if not slow:
-            sorts[attractor.kind, attractor.period] += 1
+            asked = may_be_asked(attractor.lowest_period, max_period)
+            sorts[attractor.kind, attractor.period if asked else attractor.lowest_period] += 1
         elif abs(attractor.orbit.multiplier) < 1.0:
             sorts["periodic", attractor.period] += 1
     return sorts
 
 
-def _seen(looks: Iterable[LookT], values: list[float]) -> list[tuple[LookT, Counter[Sort]]]:
+def _seen(
+    looks: Iterable[LookT], values: list[float], max_period: int
+) -> list[tuple[LookT, Counter[Sort]]]:
     """Sort looks, but for those in the very middle of an event, which show neither side of it."""
     apart = [look for look in looks if not in_the_middle(look.value, values)]
-    return [(look, _sorts_of(look)) for look in sorted(apart, key=lambda look: look.value)]
+    ascending = sorted(apart, key=lambda look: look.value)
+    return [(look, _sorts_of(look, max_period)) for look in ascending]
 
 
 def _cycles_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
@@ -76,10 +81,8 @@ def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -
 
 def _bands_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
     """Whether chaos in several bands is on one side only: a window that chaos ends in, too."""
-    return any(
-        kind == "chaotic" and bands > 1 and of_cascade(bands, max_period)
-        for kind, bands in (here - there) + (there - here)
-    )
+    one, other = (_asked_chaos(sorts, max_period) for sorts in (here, there))
+    return any(bands > 1 for _, bands in (one - other) + (other - one))
 
 
 def _asked_chaos(sorts: Counter[Sort], max_period: int) -> Counter[Sort]:
@@ -89,7 +92,12 @@ def _asked_chaos(sorts: Counter[Sort], max_period: int) -> Counter[Sort]:
 def _is_asked_chaos(sort: Sort, max_period: int) -> bool:
     """Whether an attractor is chaos, but not that of a window of longer cycles."""
     kind, bands = sort
-    return kind == "chaotic" and bands <= MOST_BANDS and of_cascade(bands, max_period)
+    return kind == "chaotic" and may_be_asked(bands, max_period)
+
+
+def may_be_asked(period: int, max_period: int) -> bool:
+    """Whether cycles of a period, or the bands that they end in, are searched thoroughly."""
+    return period <= MOST_BANDS and of_cascade(period, max_period)
 
 
 def of_cascade(period: int, max_period: int) -> bool:
@@ -109,7 +117,7 @@ def accounted(
     values = sorted(value for value in listed if not math.isnan(value))
     unresolved: list[UnresolvedChange] = []
     parts: list[Part] = []  # where attractors are not asked for
-    seen = _seen(looks, values)
+    seen = _seen(looks, values, max_period)
     thorough = [item for item in seen if not item[0].quick]
     for pairs, differ in ((pairwise(thorough), _cycles_differ), (pairwise(seen), _chaos_differs)):
         for (left, here), (right, there) in pairs:
@@ -138,15 +146,16 @@ def unlike(
     values = sorted(value for value in listed if not math.isnan(value))
     return [
         (left, right)
-        for (left, here), (right, there) in pairwise(_seen(looks, values))
+        for (left, here), (right, there) in pairwise(_seen(looks, values, max_period))
         if bisect(values, right.value) == bisect(values, left.value)
         and (_bands_differ(here, there, max_period) or _chaos_differs(here, there, max_period))
     ]
 
 
-def unexplained(left: Look, right: Look) -> UnresolvedChange:
+def unexplained(left: Look, right: Look, max_period: int) -> UnresolvedChange:
     """Tell of two looks between which bands merge where no more was looked for."""
-    return _open(_sorts_of(left), left.value, _sorts_of(right), right.value, "not searched further")
+    here, there = (_sorts_of(look, max_period) for look in (left, right))
+    return _open(here, left.value, there, right.value, "not searched further")
 
 
 def too_close(left: Look, right: Look) -> UnresolvedChange:

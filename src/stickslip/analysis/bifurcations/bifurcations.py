@@ -425,7 +425,7 @@ class _Report:
         results: Iterator[Any] = in_processes(call, [*parts, *looks.values()], tell)
         found = search.joined(intervals, islice(results, len(parts)))
         self.ahead |= zip(looks, results, strict=True)
-        self.unresolved += [unexplained(*pair) for pair in found.left_open]
+        self.unresolved += [unexplained(*pair, survey.max_period) for pair in found.left_open]
         self.outside += [too_close(*pair) for pair in found.too_close]
         self.between += found.looks
         self._looked_at(side for event in found.events for side in event.sides)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.accounting import MOST_BANDS, Look, of_cascade
+from stickslip.analysis.bifurcations.accounting import Look, may_be_asked, of_cascade
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import (
@@ -304,12 +304,11 @@ class CrisisSearch:
 
     def _worth(self, change: Change) -> float:
         """Say how far to halve an interval in which an attractor changes: a factor of `finest`."""
-        # Only windows of short period and cascades are searched thoroughly.
+        # Only chaos that holds cycles asked for, or of their cascades, is searched thoroughly.
         if not change.certain:
             return np.inf
-        if change.attractor.period > MOST_BANDS or self._in_long_window(change.ratio):
-            return UNLIKELY
-        return 1.0
+        asked = may_be_asked(change.attractor.lowest_period, self.max_period)
+        return 1.0 if asked and not self._in_long_window(change.ratio) else UNLIKELY
 
     def _worth_of_window(self, period: int) -> float:
         """Say the same where a cycle alone hints at chaos: it may be of a cascade asked for."""
@@ -327,9 +326,9 @@ class CrisisSearch:
 
     def _merges(self, change: Change) -> bool:
         """Whether bands merge between: no more than the last ones of a cascade may be left out."""
-        few = change.attractor.period <= MOST_BANDS
+        asked = may_be_asked(change.attractor.lowest_period, self.max_period)
         apart = change.ratio.denominator > 1 or _is_of_doublings(change.ratio)
-        return change.certain and few and change.ratio > 1 and apart
+        return change.certain and asked and change.ratio > 1 and apart
 
     def _event(self, change: Change, beside: float, narrow: bool) -> CrisisEvent | None:
         """Return an event that the attractors on both sides confirm."""
