@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import reduce
-from itertools import count
-from operator import or_
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -200,8 +198,7 @@ def _outside(known: Floats, intervals: Floats, slack: float) -> Floats:
 
 def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> tuple[int, int]:
     """Return the greatest common divisor of all ways from a band back to itself, and the least."""
-    steps, divisor, after = {0: 0}, 0, dict[int, list[int]]()
-    waiting = [0]
+    steps, waiting, divisor, after = {0: 0}, [0], 0, dict[int, list[int]]()
     for k in waiting:
         low, high = common(image(f, laps, bands[k : k + 1], slack)[0], *bands.T)
         after[k] = np.flatnonzero(np.any(high - low > slack, axis=0)).tolist()
@@ -210,10 +207,10 @@ def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> tuple[int, int]
                 steps[j] = steps[k] + 1
                 waiting.append(j)
             divisor = math.gcd(divisor, steps[k] + 1 - steps[j])
-    ends = {k: 1 << k for k in after}  # of all ways of so many maps, a bit for each band
-    for n in count(1) if divisor else ():
-        ends = {k: reduce(or_, (ends[j] for j in after[k]), 0) for k in ends}
-        if any(ends[k] >> k & 1 for k in ends):
+    ends = {k: 1 << k for k in after}  # of all ways of n maps, a bit for each band
+    for n in range(1, len(after) + 1):
+        ends = {k: reduce(int.__or__, (ends[j] for j in after[k]), 0) for k in after}
+        if any(ends[k] >> k & 1 for k in after):
             return divisor, n
     return 0, 0
 

@@ -71,11 +71,8 @@ def _chaos_differs(here: Counter[Sort], there: Counter[Sort], max_period: int) -
     more, fewer = (here, there) if asked[0].total() >= asked[1].total() else (there, here)
     # What else is new where chaos is missing may be a window of it; what is undecided may be it.
     new = fewer - Counter({sort: n for sort, n in more.items() if sort[0] != "undecided"})
-    others = sum(
-        n
-        for sort, n in new.items()
-        if _beyond(sort, max_period) and not _is_asked_chaos(sort, max_period)
-    )
+    new -= _asked_chaos(new, max_period)
+    others = sum(n for sort, n in new.items() if _beyond(sort, max_period))
     return abs(asked[0].total() - asked[1].total()) > others
 
 
@@ -86,13 +83,9 @@ def _bands_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) ->
 
 
 def _asked_chaos(sorts: Counter[Sort], max_period: int) -> Counter[Sort]:
-    return Counter({sort: n for sort, n in sorts.items() if _is_asked_chaos(sort, max_period)})
-
-
-def _is_asked_chaos(sort: Sort, max_period: int) -> bool:
-    """Whether an attractor is chaos, but not that of a window of longer cycles."""
-    kind, bands = sort
-    return kind == "chaotic" and may_be_asked(bands, max_period)
+    """Choose the attractors that are chaos, but not that of a window of longer cycles."""
+    asked = (sort for sort in sorts if sort[0] == "chaotic" and may_be_asked(sort[1], max_period))
+    return Counter({sort: sorts[sort] for sort in asked})
 
 
 def may_be_asked(period: int, max_period: int) -> bool:
@@ -136,7 +129,8 @@ def accounted(
             beyond = {sort for sort in sorts if _beyond(sort, max_period)}
             if beyond:
                 parts.append((lo, hi, beyond))
-    return unresolved, [_outside(part) for part in _joined(parts)]
+    entries = (("outside the question: " + _told(s), lo, hi) for lo, hi, s in _joined(parts))
+    return unresolved, [UnresolvedChange(*entry) for entry in entries]
 
 
 def unlike(
@@ -180,11 +174,6 @@ def _joined(parts: Iterable[Part]) -> list[Part]:
         else:
             joined.append((lo, hi, seen))
     return joined
-
-
-def _outside(part: Part) -> UnresolvedChange:
-    lo, hi, seen = part
-    return UnresolvedChange(f"outside the question: {_told(seen)}", lo, hi)
 
 
 def _told(sorts: Iterable[Sort]) -> str:

@@ -436,7 +436,7 @@ class _Report:
         condition = event.condition
         if isinstance(condition, Contact) and isinstance(condition.border, DomainEnd):
             return False  # beside orbits that leave there, too
-        same = event.error + SAME_VALUE * self.survey.scale
+        same = event.located.error + SAME_VALUE * self.survey.scale
         return any(abs(event.value - value) <= same for value in breaks)
 
     def _crisis(self, event: CrisisEvent) -> Bifurcation:

@@ -95,7 +95,8 @@ def test_bands_of_the_tent_map_merge_at_roots_of_two():
     assert second.points == pytest.approx([2**0.5 / (1 + 2**0.5)])
     assert first.condition.period == 2
     assert all(
-        abs(e.value - v) <= 10 * e.error for e, v in zip(events, (2**0.25, 2**0.5), strict=True)
+        abs(e.value - v) <= 10 * e.located.error
+        for e, v in zip(events, (2**0.25, 2**0.5), strict=True)
     )
 
 

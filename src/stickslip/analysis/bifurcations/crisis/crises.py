@@ -84,11 +84,6 @@ class CrisisEvent:
         return self.located.value
 
     @property
-    def error(self) -> float:
-        """Of the value."""
-        return self.located.error
-
-    @property
     def condition(self) -> Condition:
         """A `Connection` or `Contact`, started from here."""
         return self.located.reading.condition
@@ -110,7 +105,7 @@ class CrisisEvent:
 
     def same_as(self, other: CrisisEvent) -> bool:
         """Tell whether two events are one: twins change at one value, each with its own orbit."""
-        if abs(self.value - other.value) > self.error + other.error:
+        if abs(self.value - other.value) > self.located.error + other.located.error:
             return False
         one, two = np.sort(self.points), np.sort(other.points)
         met = len(one) == len(two) and np.abs(one - two).max() <= TOUCHING * np.ptp(
@@ -233,7 +228,9 @@ class CrisisSearch:
         seen = changes(left, right)
         width = right.value - left.value
         worths = [self._worth(change) for change in seen]
-        worths += [self._worth_of_window(period) for period in self._windows(left, right)]
+        # Where a cycle alone hints at chaos, that may be of a cascade asked for.
+        windows = self._windows(left, right)
+        worths += [1.0 if of_cascade(n, self.max_period) else LONG_WINDOW for n in windows]
         narrow = width <= smallest * min(worths)
         for change in seen:
             event = self._event(change, BESIDE * width, narrow)
@@ -309,10 +306,6 @@ class CrisisSearch:
             return np.inf
         asked = may_be_asked(change.attractor.lowest_period, self.max_period)
         return 1.0 if asked and not self._in_long_window(change.ratio) else UNLIKELY
-
-    def _worth_of_window(self, period: int) -> float:
-        """Say the same where a cycle alone hints at chaos: it may be of a cascade asked for."""
-        return 1.0 if of_cascade(period, self.max_period) else LONG_WINDOW
 
     def _in_long_window(self, ratio: Fraction) -> bool:
         """Whether periods of a ratio are those of chaos and of a window in it, of many turns."""

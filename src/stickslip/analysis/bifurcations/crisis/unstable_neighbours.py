@@ -91,11 +91,9 @@ class Meeting:
     def condition(self) -> Connection | Contact:
         """That the edge is there."""
         source = self.edge.critical, self.edge.side, self.edge.k
-        return (
-            Connection(*source, self.met)
-            if isinstance(self.met, tuple)
-            else Contact(*source, self.met)
-        )
+        if isinstance(self.met, tuple):
+            return Connection(*source, self.met)
+        return Contact(*source, self.met)
 
 
 def borders_beside(table: BranchTable, edges: Iterable[Edge]) -> Iterator[Meeting]:
