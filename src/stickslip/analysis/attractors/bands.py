@@ -121,9 +121,8 @@ def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:
     if not whole.period:
         return whole
     turns, lowest = _turns(f, laps, whole.intervals, slack)
-    period = alone.period or turns
-    reason = whole.reason if period else NARROW
-    return replace(whole, period=period, lowest_period=lowest, reason=reason)
+    whole = replace(whole, period=alone.period or turns, lowest_period=lowest)
+    return whole if whole.period else replace(whole, reason=NARROW)
 
 
 def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -> Bands:

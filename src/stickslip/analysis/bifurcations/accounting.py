@@ -55,9 +55,8 @@ def _seen(
     looks: Iterable[LookT], values: list[float], max_period: int
 ) -> list[tuple[LookT, Counter[Sort]]]:
     """Sort looks, but for those in the very middle of an event, which show neither side of it."""
-    apart = [look for look in looks if not in_the_middle(look.value, values)]
-    ascending = sorted(apart, key=lambda look: look.value)
-    return [(look, _sorts_of(look, max_period)) for look in ascending]
+    apart = (look for look in looks if not in_the_middle(look.value, values))
+    return [(look, _sorts_of(look, max_period)) for look in sorted(apart, key=lambda x: x.value)]
 
 
 def _cycles_differ(here: Counter[Sort], there: Counter[Sort], max_period: int) -> bool:
