@@ -476,7 +476,7 @@ def cycles(
     if settings.pop("engine") != "auto":
         raise UsageError("--engine: cycles are followed by one engine; leave the option out")
     model = table.model()
-    asked = {"n_starts": n_starts, "max_period": max_period}
+    asked: dict[str, Any] = {"n_starts": n_starts, "max_period": max_period}
     found = table.deliver(
         "cycles",
         model,
