@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.exponents._tangent_kernels import carry_frame
-from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
+from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.maps.arguments import (
     check_values,
     space_family,
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 CHUNK: Final = 1 << 14  # steps whose Jacobians are kept at once
 ZERO: Final = 1e-9  # exponents so small are rounding, of products over a cycle
+RECURS: Final = 1e-10  # of an orbit's size: a cycle recurs so closely, whatever the map rounds
 ALIGNING: Final = 100  # last steps of a transient, in which the frame turns to where it belongs
 
 
@@ -187,7 +188,7 @@ def _growth(f: MapND, x: Floats, n: int, skip: int, k: int) -> tuple[Floats, Flo
     with np.errstate(divide="ignore"):
         logs = np.log(growth[aligning:])
         visited = np.concatenate(points)
-        period = settled_period(visited, SETTLED * max(size, float(np.abs(visited).max())))
+        period = settled_period(visited, RECURS * max(size, float(np.abs(visited).max())))
         if period and period <= len(jacobians):
             sizes = np.abs(multipliers_of(jacobians[len(jacobians) - period :]))[:k]
             sizes[np.isneginf(logs).any(axis=0)] = 0.0  # not the rounding of a product
