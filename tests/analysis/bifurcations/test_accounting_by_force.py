@@ -55,10 +55,11 @@ def unaccounted(found, orbits_at, domain_at, n_values, n_steps):
         if any(item.lo <= q <= item.hi for item in (*found.outside, *found.unresolved)):
             continue
         known, (left, right) = stable_periods(found, q), domain_at(q)
+        orbits_of = orbits_at(q)
         start = left + (right - left) * (np.arange(STARTS) + 0.37) / STARTS
         # Slow orbits are given more time before they count.
         for n in (n_steps, 20 * n_steps, 400 * n_steps):
-            strange = settled(orbits_at(q), start, n) - known
+            strange = settled(orbits_of, start, n) - known
             if not strange:
                 break
         if strange & set(range(1, PERIOD + 1)):

@@ -29,8 +29,9 @@ export class CycleView extends View {
     const cycle = this.answer("cycle")?.parts[0]?.data;
     if (cycle?.why) return "From this start no cycle is reached.";
     if (!cycle) return "";
-    const what = `a cycle that repeats every ${short(cycle.period, 4)}: ${stability(cycle)}.`;
-    return stability(cycle) === UNSTABLE ? `Near the motion is ${what}` : `The motion ends on ${what}`;
+    const how = stability(cycle);
+    const reached = how === UNSTABLE ? "Near the motion is" : "The motion ends on";
+    return `${reached} a cycle that repeats every ${short(cycle.period, 4)}: ${how}.`;
   }
 
   update() {
