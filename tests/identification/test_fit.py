@@ -244,12 +244,33 @@ def test_periods_of_cycles_over_the_speed_of_the_belt() -> None:
         ss.fit(BLOCK.replace(forcing=ss.Harmonic(amplitude=1.0, frequency=1.0)), data, ["mu"])
 
 
-def test_a_derivative_that_there_is_not_moves_nothing() -> None:
-    """A period has none, inf, where a multiplier is 1."""
+def test_a_derivative_that_there_is_not_is_no_zero() -> None:
+    """A period has none, inf, where a multiplier is 1; a period that is missed moves nothing."""
     periods = ss.CyclePeriods([0.1, 0.2, 0.3], [7.0, 8.0, 9.0], sigma=0.1)
     gradient = np.array([[1.0], [np.inf], [np.nan]])
     answer = term_of(periods, BLOCK, 1).answered(np.array([7.1, 8.0, np.nan]), gradient, "")
-    np.testing.assert_allclose(answer.jacobian, [[10.0], [0.0], [0.0]], rtol=1e-12)
+    np.testing.assert_allclose(answer.jacobian, [[10.0], [np.inf], [0.0]], rtol=1e-12)
+
+
+def test_a_fit_tells_from_when_on_it_has_no_derivatives() -> None:
+    """Swinging by the belt's speed about the friction force, the block just touches the belt."""
+    model, t = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5)), np.linspace(0.0, 60.0, 300)
+    motion, touch = ss.simulate(model, [0.6], [0.0], t_end=60.0), 1.5 * np.pi
+
+    def seen(times: np.ndarray) -> ss.Record:
+        values = motion.x(times), motion.v(times)
+        return ss.Record(times, *values, sigma=0.01, sigma_v=0.01, x0=[0.6], v0=[0.0])
+
+    before, whole = (ss.fit(model, seen(t[t <= end]), ["mu"]) for end in (touch, 60.0))
+    np.testing.assert_array_equal(whole.differentiated[0], np.tile(t <= touch, 2))
+    np.testing.assert_allclose(whole.standard_errors, before.standard_errors, rtol=1e-9)
+    assert (
+        "552 of 600 values of data 1 have no derivatives, the first at t = 4.81605" in whole.message
+    )
+    assert before.message == "converged"
+    of_belt = ss.fit(model, seen(t), ["V"], pieces=1)  # not felt before the touch
+    assert "what has derivatives cannot tell V" in of_belt.message
+    assert of_belt.profile("V", [0.0995, 0.1]).root[0] < -20.0  # all that was measured tells it
 
 
 def test_forces_over_speeds_and_a_record_together() -> None:

@@ -22,6 +22,8 @@ from stickslip.results.parts import part
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.mechanics.model.units import Quantity
     from stickslip.numerics.arrays import Floats
 
@@ -400,7 +402,9 @@ class CyclePeriods(_Measured):
 Data: TypeAlias = Record | EventTimes | MapPoints | ForcePoints | CyclePeriods
 
 
-def compared(data: Data, fitted: Floats) -> Iterator[tuple[str, Floats, Floats, Floats, Floats]]:
+def compared(
+    data: Data, fitted: NDArray[Any]
+) -> Iterator[tuple[str, Floats, Floats, NDArray[Any], Floats]]:
     """Yield what was measured, over what, in its order; what a model gives; standard errors."""
     _, at = data.abscissa
     order, end = np.argsort(at, kind="stable"), 0

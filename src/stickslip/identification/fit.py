@@ -40,7 +40,7 @@ from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from stickslip.numerics.arrays import Floats
 
@@ -112,6 +112,9 @@ class Fit(Result):
     data : tuple
     fitted : tuple of ndarray
         What the model gives for each set of data.
+    differentiated : tuple of ndarray of bool
+        Whether that has derivatives by the unknowns: not after the motion has just touched the
+        belt, or once rounding has grown too much. The errors are those of the data that have.
     pieces : int
         Of a record in the answer; more than 1 where one motion has lost the data.
     bounds, priors : ndarray, shape (k, 2)
@@ -139,6 +142,7 @@ class Fit(Result):
     refused: str
     data: tuple[Any, ...]
     fitted: tuple[Floats, ...]
+    differentiated: tuple[NDArray[np.bool_], ...]
     pieces: int
     bounds: Floats
     priors: Floats
@@ -175,9 +179,20 @@ class Fit(Result):
         missed = sum(int(np.sum(~np.isfinite(each))) for each in self.fitted)
         if missed:
             told.append(f"{missed} of {len(self.residuals)} data are not met by the model")
+        for k, (data, there) in enumerate(zip(self.data, self.differentiated, strict=True), 1):
+            if not there.all():
+                found = (at[~known.all(axis=1)] for _, at, _, known, _ in compared(data, there))
+                first = min(np.min(at, initial=np.inf) for at in found)
+                told.append(
+                    f"{np.sum(~there)} of {len(there)} values of data {k} have no derivatives, "
+                    f"the first at {data.abscissa[0]} = {first:.6g}: the errors are those of the "
+                    "others, and mean little (a profile tells more)"
+                )
         if self.undetermined:
             names = ", ".join(self.undetermined)
-            told.append(f"the data cannot tell {names}: fix one, or measure something else")
+            all_felt = all(there.all() for there in self.differentiated)
+            which = "the data" if all_felt else "what has derivatives"
+            told.append(f"{which} cannot tell {names}: fix one, or measure something else")
         if self.at_bound:
             told.append(f"{', '.join(self.at_bound)} at a bound: the errors mean little there")
         return "; ".join(told) or "converged"
@@ -654,8 +669,12 @@ class _Problem:
         links = [each.links / self.link for each in answers]
         return np.concatenate([*(each.residuals for each in answers), *links, np.array(known)])
 
+    def slopes(self, unknowns: Floats) -> Floats:
+        """Differentiate the residuals for a search, to which what has no derivatives is level."""
+        return np.nan_to_num(self.jacobian(unknowns), posinf=0.0, neginf=0.0)
+
     def jacobian(self, unknowns: Floats) -> Floats:
-        """Differentiate the residuals."""
+        """Differentiate the residuals; not finite where there are no derivatives."""
         answers = self.answers(unknowns)
         assert answers is not None  # a trial that is refused is no step
         n = len(self.names)
@@ -695,7 +714,7 @@ class _Search:
         found = least_squares(
             self.problem.residuals,
             begin,
-            self.problem.jacobian,
+            self.problem.slopes,
             bounds=(self.low, self.high),
             x_scale="jac",
             loss=loss,
@@ -810,7 +829,7 @@ def _alike(data: Data, fitted: Floats) -> tuple[float, float]:
         off = off / sigma
         together += float(np.sum(off[1:] * off[:-1]))
         squares += float(np.sum(off**2))
-    return together / squares, len(fitted) ** -0.5
+    return together / squares, float(np.isfinite(fitted).sum()) ** -0.5
 
 
 def _listed(data: Any) -> tuple[Data, ...]:
@@ -899,12 +918,14 @@ def _result(
     residuals = np.concatenate([each.residuals for each in stage.answers])
     n_free = len(residuals) + len(problem.priors) - problem.n_unknown
     scale = 1.0 if _weighed(data) else float(np.sqrt(stage.chi2 / n_free))
-    covariance, undetermined = _covariance(problem.jacobian(unknowns), names)
+    jacobian = problem.jacobian(unknowns)
+    known = np.isfinite(jacobian).all(axis=1)
+    covariance, undetermined = _covariance(jacobian[known], names)
     covariance = covariance * scale**2
     values = unknowns[:n]
     errors = np.sqrt(np.diag(covariance))
     errors[[name in undetermined for name in names]] = np.inf
-    known = [problem.priors.get(name, (np.nan, np.nan)) for name in names]
+    priors = [problem.priors.get(name, (np.nan, np.nan)) for name in names]
     near = 1e-9 * (1.0 + np.abs(values))
     at_bound = (values - ranges[0] <= near) | (ranges[1] - values <= near)
     best = problem.changed(unknowns)
@@ -932,9 +953,12 @@ def _result(
         refused=stage.refused,
         data=data,
         fitted=tuple(each.fitted for each in stage.answers),
+        differentiated=tuple(
+            np.asarray(np.isfinite(each.jacobian).all(axis=1)) for each in stage.answers
+        ),
         pieces=max(term.n_pieces for term in problem.terms),
         bounds=np.column_stack(ranges),
-        priors=np.reshape(known, (n, 2)),
+        priors=np.reshape(priors, (n, 2)),
         loss=loss,
     )
     reach = found._reach * errors

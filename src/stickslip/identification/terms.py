@@ -51,7 +51,7 @@ class Answer(NamedTuple):
     """Residuals, their derivatives, what the model gives for the data, and links of pieces."""
 
     residuals: Floats  # (n,)
-    jacobian: Floats  # (n, parameters + own)
+    jacobian: Floats  # (n, parameters + own), not finite where there are no derivatives
     fitted: Floats
     links: Floats  # (k,): how far the end of a piece of a motion is from the next
     link_jacobian: Floats
@@ -83,12 +83,13 @@ class Term(ABC):
         """Compare the data with a model."""
 
 
-def filled(off: Floats) -> Floats:
-    """Give what is missed a residual as large as any; ValueError where all is missed."""
+def filled(off: Floats, slope: Floats) -> tuple[Floats, Floats]:
+    """Give what is missed a residual as large as any, without a slope; ValueError if all is."""
     known = np.isfinite(off)
     if not known.any():
         raise ValueError("nothing of the data is met by the model with the parameters that it has")
-    return np.where(known, off, max(MISSED, float(np.abs(off[known]).max())))
+    far = max(MISSED, float(np.abs(off[known]).max()))
+    return np.where(known, off, far), np.where(known[..., None], slope, 0.0)
 
 
 class Start:
@@ -303,10 +304,9 @@ class RecordTerm(Term):
                 slope[np.flatnonzero(moves), columns] -= 1.0
                 if self.over_belt and "V" in names:
                     slope[n_bodies:, names.index("V")] -= 1.0
-                links.append(np.nan_to_num(off / self.size, nan=MISSED))
-                link_gradients.append(
-                    np.nan_to_num(slope / self.size[:, None], posinf=0.0, neginf=0.0)
-                )
+                met = np.isfinite(off)
+                links.append(np.where(met, off / self.size, MISSED))
+                link_gradients.append(np.where(met[:, None], slope / self.size[:, None], 0.0))
             table.add(slice(first, last), values, gradient)
             states.append(values[: last - first].copy())
             if end is not None:  # who rides may have been taken to
@@ -339,12 +339,7 @@ class _Rows:
             if name == "x" and len(self.zero):
                 here = here + self.zero
                 slope[..., self.width - len(self.zero) :] += np.eye(len(self.zero))
-            off = (here - data[rows]) / sigma[rows]
-            slope = slope / sigma[rows][..., None]
-            slope = np.nan_to_num(slope, posinf=0.0, neginf=0.0)
-            lost = ~np.isfinite(off)
-            slope[lost] = 0.0
-            off = filled(off)
+            off, slope = filled((here - data[rows]) / sigma[rows], slope / sigma[rows][..., None])
             part = off.ravel(), slope.reshape(off.size, self.width), here.ravel()
             self.parts.setdefault(name, []).append(part)
 
@@ -389,9 +384,8 @@ class SeriesTerm(Term):
     def answered(self, fitted: Floats, gradient: Floats, matched: str) -> Answer:
         """Compare the data with what a model gives for them, NaN where it gives nothing."""
         off = (fitted - self.measured[:, 0]) / self.sigma[:, 0]
-        jacobian = np.nan_to_num(gradient / self.sigma, posinf=0.0, neginf=0.0)
         no_links = np.zeros(0), np.zeros((0, gradient.shape[1]))
-        return Answer(filled(off), jacobian, fitted, *no_links, matched)
+        return Answer(*filled(off, gradient / self.sigma), fitted, *no_links, matched)
 
 
 class EventTerm(SeriesTerm):
