@@ -106,10 +106,12 @@ def draw_fractions(fractions: Any, ax: Axes | None = None) -> Axes:
     colors = [_looks(k)["facecolor"] for k in drawn]
     labels = [*map(str, numbers), "undecided", "leave"]
     order = np.argsort(fractions.values)
-    values, bands = fractions.values[order], [fractions.share(k)[order] for k in drawn]
+    values, bands = fractions.values[order], np.array([fractions.share(k)[order] for k in drawn])
+    if values[0] == values[-1]:  # bands of no width are not seen
+        ax.set_xticks(values[:1])
+        values, bands = values[0] + np.array([-0.5, 0.5]), bands[:, [0, -1]]
     ax.stackplot(values, bands, colors=colors, labels=labels)
-    if values[0] < values[-1]:
-        ax.set_xlim(values[0], values[-1])
+    ax.set_xlim(values[0], values[-1])
     ax.set_ylim(0.0, 1.0)
     ax.set_xlabel(parameter_label(fractions.parameter, fractions.basins[0]))
     ax.set_ylabel("share of starts")

@@ -364,6 +364,16 @@ def test_shares_are_drawn_by_ascending_values():
     assert ax.get_xlim() == (0.2, 0.6)
 
 
+def test_shares_of_a_single_value_are_seen():
+    f = ss.Map(lambda z, r: z**3 - r * z, 2, parameters={"r": 0.5}, domain=[(-2, 2)] * 2)
+    found = ss.basin_fractions(f, "r", [0.2], n_samples=16, n_starts=4)
+    ax = found.plot()
+    areas = [np.ptp(band.get_paths()[0].vertices, axis=0).prod() for band in ax.collections]
+    assert max(areas) > 0.0
+    assert ax.get_xlim() == (-0.3, 0.7)
+    np.testing.assert_array_equal(ax.get_xticks(), [0.2])
+
+
 @pytest.mark.parametrize("number", [-3, 1, 0.5, None])
 def test_an_attractor_that_was_never_there_has_no_shares(number):
     f = ss.Map(lambda z, r: r * z, 2, parameters={"r": 0.5}, domain=[(-1, 1)] * 2)
