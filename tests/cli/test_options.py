@@ -286,7 +286,24 @@ ANY_DIMENSION = {"simulate", "cycles", "orbits", "basins", "bifurcations", "diag
 def test_what_asks_about_two_blocks_says_so_of_a_chain(command, file, capsys):
     file(CHAIN)
     assert main([command, "--model", "mine.toml", *QUESTIONS[command].split()]) == 2
-    assert "the model is a Chain with n = 3" in capsys.readouterr().err
+    assert "the model is a Chain of 3 blocks" in capsys.readouterr().err
+
+
+def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
+    stiffness = [[2.0, 0.5], [0.5, 1.0]]
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), V=0.5)
+    model = ss.Structure([1.0, 1.0], stiffness, contacts=[contact])
+    file(model)
+    assert main(["map", "--model", "mine.toml", "-d", "0.1"]) == 2
+    assert "a Structure of 2 masses with 1 contact, whose map has" in capsys.readouterr().err
+    controlled = ss.Structure.from_state_space(
+        -np.eye(3), np.eye(3)[:, :1], np.eye(3)[:1], contacts=[contact]
+    )
+    sizes = [
+        each.size
+        for each in (ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5)), CHAIN, model, controlled)
+    ]
+    assert sizes == ["1 block", "3 blocks", "2 masses with 1 contact", "3 states with 1 contact"]
 
 
 UNEQUAL = pair(ss.Coulomb(mu=0.22), 0.2, damped=True)

@@ -274,8 +274,8 @@ class SystemOptions:
         if found.dimension > 1:
             raise UsageError(
                 "this command asks about a map of one number, such as d = X_2 - X_1 of two blocks "
-                f"or the phase of a shaken one; the model is a {type(found.model).__name__} with "
-                f"n = {found.model.n_blocks}, whose map has {found.dimension}. stickslip orbits, "
+                f"or the phase of a shaken one; the model is a {type(found.model).__name__} of "
+                f"{found.model.size}, whose map has {found.dimension}. stickslip orbits, "
                 "basins, bifurcations and diagram take it; stickslip simulate follows any model "
                 "in time"
             )

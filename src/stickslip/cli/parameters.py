@@ -121,7 +121,7 @@ def _report(f: Any, found: BifurcationList) -> Report:
 
     laws = dict.fromkeys(law.title for law in f.model.laws)
     event = getattr(f, "event", None)
-    blocks = "two blocks" if f.dimension == 1 else f"{f.model.n_blocks} blocks"
+    blocks = "two blocks" if f.dimension == 1 else f.model.size
     what = f"a map from {event} to {event}" if event else blocks
     title = f"Bifurcations of {what} with friction {' and '.join(laws)}"
     return Report(found, picture=PICTURES[0], title=title, complete=f.dimension == 1)

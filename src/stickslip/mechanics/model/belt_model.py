@@ -127,6 +127,11 @@ class BeltModel(ABC):
         """Number of blocks."""
 
     @property
+    def size(self) -> str:
+        """How many blocks there are, in words."""
+        return counted(self.n_blocks, "block", "blocks")
+
+    @property
     @abstractmethod
     def numbers(self) -> dict[str, float]:
         """Parameters of masses, springs, dampers, limits and belt, by name."""
@@ -359,7 +364,7 @@ class BeltModel(ABC):
         """
         if self.n_blocks != 2:
             raise ValueError(
-                f"the domain of {self.n_blocks} blocks is no interval: model.contains(d) tells "
+                f"the domain of {self.size} is no interval: model.contains(d) tells "
                 "which differences belong to it."
             )
         return locus.ends(self.plant)
@@ -549,6 +554,11 @@ def array_of(numbers: Mapping[str, Any], name: str, shape: tuple[int, ...]) -> N
         flat.append(numbers[one] if one in numbers else numbers.get(other, 0.0))
     kind = np.complex128 if any(isinstance(value, complex) for value in flat) else None
     return np.array(flat, dtype=kind).reshape(shape)
+
+
+def counted(n: int, one: str, many: str) -> str:
+    """Return a number of things in words."""
+    return f"{n} {one if n == 1 else many}"
 
 
 def laws_of(friction: object, n_blocks: int) -> Friction:

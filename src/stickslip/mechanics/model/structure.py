@@ -16,6 +16,7 @@ from stickslip.mechanics.model.belt_model import (
     BeltModel,
     array_of,
     check_definite,
+    counted,
     frozen,
     laws_of,
     matrix_of,
@@ -174,6 +175,13 @@ class Structure(BeltModel):
     def n_blocks(self) -> int:
         """Number of contacts."""
         return len(self.contacts)
+
+    @property
+    def size(self) -> str:
+        """How many masses there are, or states of a state-space form, and contacts, in words."""
+        what = ("mass", "masses") if self.plant.n_positions else ("state", "states")
+        contacts = counted(self.n_blocks, "contact", "contacts")
+        return f"{counted(len(self.plant.mass), *what)} with {contacts}"
 
     @property
     def friction(self) -> tuple[FrictionLaw, ...]:  # type: ignore[override]
