@@ -52,6 +52,13 @@ CALLS = {
     "basins of the plane": lambda **how: ss.basins(
         henon(1.0), grid=[(-1, 1, 300), (-0.3, 0.3, 300)], **how
     ),
+    "shares along a parameter": lambda **how: ss.basin_fractions(
+        henon(1.0), "a", [1.0, 1.1], n_samples=100, n_starts=8, **how
+    ),
+    "a spectrum": lambda **how: ss.lyapunov_spectrum(henon(1.4), [0.1, 0.1], 2000, **how),
+    "spectra along a parameter": lambda **how: ss.lyapunov_spectra(
+        henon(1.0), "a", [1.3, 1.4], [0.1, 0.1], 600, **how
+    ),
     "an orbit": orbit_curve,
     "a bifurcation": plane_curve,
 }

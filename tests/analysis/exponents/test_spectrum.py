@@ -24,6 +24,8 @@ from tests.sizes import sizes, slow
 import stickslip as ss
 from stickslip.analysis.attractors.lyapunov import lyapunov_exponent
 from stickslip.analysis.exponents.spectrum import (
+    ALIGNING,
+    CHUNK,
     kaplan_yorke,
     lyapunov_spectra,
     lyapunov_spectrum,
@@ -132,10 +134,11 @@ def test_volumes_shrink_by_the_determinant():
         assert got.values.sum() == pytest.approx(rate, abs=ROUNDING)
 
 
-def test_a_cycle_has_the_exponents_of_its_multipliers():
+@pytest.mark.parametrize("n", [500, CHUNK - ALIGNING + 1])  # a step in the last piece
+def test_a_cycle_has_the_exponents_of_its_multipliers(n):
     f = henon(1.0)  # where a cycle of period 4 attracts
     (cycle,) = periodic_orbits(f, period=4).stable
-    got = lyapunov_spectrum(f, [0.1, 0.1], 500)
+    got = lyapunov_spectrum(f, [0.1, 0.1], n)
     expected = np.log(np.abs(cycle.multipliers)) / 4
     assert got.values == pytest.approx(expected, abs=ROUNDING)
     assert (got.errors == 0).all()

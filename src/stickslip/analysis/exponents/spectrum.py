@@ -17,6 +17,7 @@ from stickslip.analysis.maps.arguments import (
 )
 from stickslip.analysis.maps.protocol import orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
+from stickslip.analysis.work import Work
 from stickslip.checks import MOST_STEPS, shown, whole_number
 from stickslip.checks import grid as grid_values
 from stickslip.numerics.waiting import waits
@@ -25,11 +26,13 @@ from stickslip.results.table import numbered
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.maps.protocol import FamilyND, Floats, MapND, Modelled
 
-CHUNK: Final = 1 << 14  # steps whose Jacobians are kept at once
+CHUNK: Final = 1 << 9  # steps from one word of progress to the next
 ZERO: Final = 1e-9  # exponents so small are rounding, of products over a cycle
 RECURS: Final = 1e-10  # of an orbit's size: a cycle recurs so closely, whatever the map rounds
 ALIGNING: Final = 100  # last steps of a transient, in which the frame turns to where it belongs
@@ -86,7 +89,12 @@ class LyapunovSpectrum(Result):
 @waits
 @suggests
 def lyapunov_spectrum(
-    f: MapND | Modelled[MapND], x0: ArrayLike, n: int = 10_000, *, transient: int | None = None
+    f: MapND | Modelled[MapND],
+    x0: ArrayLike,
+    n: int = 10_000,
+    *,
+    transient: int | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> LyapunovSpectrum:
     """Estimate all Lyapunov exponents of the orbit that starts at a point.
 
@@ -99,6 +107,8 @@ def lyapunov_spectrum(
         Steps to average, after the transient.
     transient : int, optional
         Steps to drop first. By default a tenth of `n`, at least 1000.
+    progress : callable, optional
+        Called now and then with the share of the steps that is done, 0 to 1.
 
     Returns
     -------
@@ -123,12 +133,12 @@ def lyapunov_spectrum(
     >>> ss.lyapunov_spectrum(model, [0.1, 0.2], 1000).values.shape
     (2,)
     """
-    found = space_map(f)
+    found, work = space_map(f), Work(progress)
     n, skip = checked_steps_of_mean(n, transient)
     x = space_points(found, "x0", x0)
     if x.ndim != 1:
         raise ValueError(f"x0 = {shown(x0)} holds several points: one orbit has one spectrum.")
-    return _spectrum(found, x, n, skip)[0]
+    return _spectrum(found, x, n, skip, work)[0]
 
 
 def checked_steps_of_mean(n: int, transient: int | None) -> tuple[int, int]:
@@ -144,7 +154,7 @@ def largest_exponents(f: MapND, x: ArrayLike, n: int, skip: int) -> tuple[Floats
     starts = space_points(f, "d", x)
     rows = starts.reshape(-1, f.dimension)
     shape = starts.shape[:-1]
-    found = [_mean(_growth(f, row, n, skip, 1)[0]) for row in rows]
+    found = [_mean(_growth(f, row, n, skip, 1, Work())[0]) for row in rows]
     means, errors = np.array(found).reshape(-1, 2).T
     return means.reshape(shape), errors.reshape(shape)
 
@@ -161,16 +171,21 @@ def exponent_along(jacobians: Floats) -> tuple[float, float, int]:
     return float(mean[0]), float(error[0]), len(logs)
 
 
-def _growth(f: MapND, x: Floats, n: int, skip: int, k: int) -> tuple[Floats, Floats, float]:
+def _growth(
+    f: MapND, x: Floats, n: int, skip: int, k: int, work: Work
+) -> tuple[Floats, Floats, float]:
     """Logarithms of growth in k directions, each step, (n, k); where the orbit ends; mean time."""
     d = f.dimension
     frame = np.linalg.qr(np.random.default_rng(0).normal(size=(d, d)))[0][:k].copy()
-    aligning = min(skip, ALIGNING)
+    aligning, tell = min(skip, ALIGNING), work.steps(skip + n)
     total = aligning + n
     image, growth = np.empty((k, d)), np.empty((total, k))
     size = float(np.abs(x).max())  # a cycle at 0 recurs within what the orbit has been
-    x = orbits(f, x[None], skip - aligning)[0, -1]
-    points, jacobians, time = [], np.empty((0, d, d)), 0.0
+    for start in range(0, skip - aligning, CHUNK):
+        steps = min(CHUNK, skip - aligning - start)
+        x = orbits(f, x[None], steps)[0, -1]
+        tell(steps)
+    points, time = [], 0.0
     for start in range(0, total, CHUNK):
         orbit = orbits(f, x[None], min(CHUNK, total - start))[0]
         x = orbit[-1]
@@ -185,12 +200,13 @@ def _growth(f: MapND, x: Floats, n: int, skip: int, k: int) -> tuple[Floats, Flo
         if getattr(f, "whole_duration", False):
             lasting = getattr(values, "duration", np.nan)
         time += len(jacobians) * float(np.mean(lasting))
+        tell(len(jacobians))
     with np.errstate(divide="ignore"):
         logs = np.log(growth[aligning:])
         visited = np.concatenate(points)
         period = settled_period(visited, RECURS * max(size, float(np.abs(visited).max())))
-        if period and period <= len(jacobians):
-            sizes = np.abs(multipliers_of(jacobians[len(jacobians) - period :]))[:k]
+        if period:
+            sizes = np.abs(multipliers_of(f.evaluate(visited[-period:]).derivative))[:k]
             sizes[np.isneginf(logs).any(axis=0)] = 0.0  # not the rounding of a product
             sizes[np.isnan(logs).any(axis=0)] = np.nan
             logs = np.broadcast_to(np.log(sizes) / period, (n, k))
@@ -207,9 +223,11 @@ def _mean(logs: Floats) -> tuple[Floats, Floats]:
     return mean, np.array(errors)
 
 
-def _spectrum(f: MapND, x: Floats, n: int, skip: int) -> tuple[LyapunovSpectrum, Floats]:
+def _spectrum(
+    f: MapND, x: Floats, n: int, skip: int, work: Work
+) -> tuple[LyapunovSpectrum, Floats]:
     """Return the spectrum of an orbit, and the point that it comes to."""
-    logs, end, duration = _growth(f, x, n, skip, f.dimension)
+    logs, end, duration = _growth(f, x, n, skip, f.dimension, work)
     mean, errors = _mean(logs)
     dimension = kaplan_yorke(mean, logs)
     return LyapunovSpectrum(mean, errors, *dimension, n, skip, duration), end
@@ -285,6 +303,7 @@ def lyapunov_spectra(
     n: int = 2000,
     *,
     transient: int | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> LyapunovSpectra:
     """Estimate Lyapunov spectra along a parameter, each orbit from where the one before ended.
 
@@ -299,6 +318,8 @@ def lyapunov_spectra(
         Start of the first orbit, and of those after one that left the domain.
     n, transient : int
         As of `lyapunov_spectrum`, at each value.
+    progress : callable, optional
+        Called now and then with the share of the work that is done, 0 to 1.
 
     Returns
     -------
@@ -324,10 +345,11 @@ def lyapunov_spectra(
     values = grid_values("grid", grid)
     check_values(family, parameter, (values.min(), values.max()), "grid")
     start = here = space_points(family, "x0", x0)
-    found = []
-    for value in values:
+    found, work = [], Work(progress)
+    for k, value in enumerate(values):
         f = family.replace(**{parameter: float(value)})
-        spectrum, here = _spectrum(f, here if f.contains(here) else start, n, skip)
+        part = work.part(k / len(values), (k + 1) / len(values))
+        spectrum, here = _spectrum(f, here if f.contains(here) else start, n, skip, part)
         found.append(spectrum)
     return LyapunovSpectra(
         parameter=parameter,

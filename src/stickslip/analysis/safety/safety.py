@@ -26,6 +26,7 @@ from stickslip.analysis.safety.surroundings import (
     LineSurroundings,
     SpaceSurroundings,
 )
+from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,
     finite_number,
@@ -370,5 +371,6 @@ def _along_space(f: Any, parameter: str, values: Floats, number: int) -> Iterato
     if not isinstance(f, FamilyND):
         raise ValueError(f"system = {shown(f)} has no parameters to vary.")
     checked_parameter(f, parameter)
-    for value, at, listed, numbers in searched_along(f, parameter, values, N_STARTS, MAX_STEPS):
+    along = searched_along(f, parameter, values, N_STARTS, MAX_STEPS, Work())
+    for value, (at, listed, numbers, _) in zip(values.tolist(), along, strict=True):
         yield value, numbers.index(number) if number in numbers else -1, at, listed

@@ -18,13 +18,14 @@ from stickslip.analysis.attractors.in_space.fates import (
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.maps.arguments import checked_parameter, map_of
 from stickslip.analysis.maps.protocol import FamilyND, apart
+from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, grid, shown, whole_number
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import ArrayLike
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 MATCHED: Final = 32  # points of an attractor that are followed at the next value
 MAX_PERIOD: Final = 64
+HALF: Final = 0.5  # share of the work that the search for attractors counts as
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,6 +100,7 @@ def basin_fractions(
     n_samples: int = 1000,
     n_starts: int = 64,
     max_steps: int = 20_000,
+    progress: Callable[[float], None] | None = None,
 ) -> BasinFractions:
     """Follow attractors of a map of R^n, and the shares of their basins, along a parameter.
 
@@ -112,6 +115,8 @@ def basin_fractions(
         Starts of the search for attractors at each value, beside points of those before.
     max_steps : int
         Steps after which an orbit counts as undecided.
+    progress : callable, optional
+        Called now and then with the share of the work that is done, 0 to 1.
 
     Returns
     -------
@@ -129,7 +134,7 @@ def basin_fractions(
     >>> ss.basin_fractions(plane, "r", [0.2, 0.6], n_samples=500).share(0).round(1)  # (1 + r) / 4
     array([0.3, 0.4])
     """
-    f = map_of(system)
+    f, work = map_of(system), Work(progress)
     if not isinstance(f, FamilyND):
         raise ValueError(
             f"system = {shown(system)} is no map of R^n with parameters. On a line take "
@@ -140,26 +145,30 @@ def basin_fractions(
     n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
     max_steps = whole_number("max_steps", max_steps, at_most=MOST_FOLLOWED)
     wanted = grid("values", values)
-    every = list(searched_along(f, parameter, wanted, n_starts, max_steps))
-    found = [find_basins(at, listed, None, n_samples, max_steps) for _, at, listed, _ in every]
-    return BasinFractions(parameter, wanted, tuple(known for *_, known in every), tuple(found))
+    numbers, found = [], []
+    for at, listed, known, rest in searched_along(f, parameter, wanted, n_starts, max_steps, work):
+        found.append(find_basins(at, listed, None, n_samples, max_steps, rest))
+        numbers.append(known)
+    work.tell(1.0)
+    return BasinFractions(parameter, wanted, tuple(numbers), tuple(found))
 
 
 def searched_along(
-    f: FamilyND, parameter: str, values: Floats, n_starts: int, max_steps: int
-) -> Iterator[tuple[float, FamilyND, AttractorListND, tuple[int, ...]]]:
-    """At each value the map, its attractors, and their numbers, which they keep."""
+    f: FamilyND, parameter: str, values: Floats, n_starts: int, max_steps: int, work: Work
+) -> Iterator[tuple[FamilyND, AttractorListND, tuple[int, ...], Work]]:
+    """At each value the map, its attractors, their numbers, which they keep, and work left."""
     numbers: list[tuple[int, ...]] = []
     before: AttractorListND | None = None
-    for value in values.tolist():
+    for i, value in enumerate(values.tolist()):
+        here = work.part(i / len(values), (i + 1) / len(values))
         f = f.replace(**{parameter: value})
         x, widths = seeds(f, None, n_starts)
         handed = [attractor.points[-1:] for attractor in before or ()]
         x = np.concatenate([x, *(point for point in handed if f.contains(point).all())])
-        listed = search_attractors(f, x, widths, MAX_PERIOD, max_steps, None)
+        listed = search_attractors(f, x, widths, MAX_PERIOD, max_steps, None, here.part(0.0, HALF))
         same = tuple(range(len(listed)))
         numbers.append(same if before is None else _matched(f, before, numbers, listed, max_steps))
-        yield value, f, listed, numbers[-1]
+        yield f, listed, numbers[-1], here.part(HALF, 1.0)
         before = listed
 
 
