@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -17,7 +18,7 @@ from stickslip.analysis.attractors.attractor import (
 from stickslip.analysis.attractors.attractors import attractors, checked_found
 from stickslip.analysis.attractors.basins import basins
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate
-from stickslip.analysis.attractors.in_space.fractions import searched_along
+from stickslip.analysis.attractors.in_space.fractions import Known, searched_along
 from stickslip.analysis.maps.arguments import checked_parameter, line_family, line_map, map_of
 from stickslip.analysis.maps.protocol import FamilyND, MapND
 from stickslip.analysis.safety.kicks import Escape, Impulse, escape, smallest_impulses
@@ -45,9 +46,8 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.attractors.basins import Basins
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, Modelled
     from stickslip.analysis.safety.kicks import Distribution
     from stickslip.analysis.safety.surroundings import Surroundings
@@ -340,30 +340,21 @@ Found: TypeAlias = tuple[float, int, Any, Any]
 
 
 def _along_line(f: Any, parameter: str, values: Floats, number: int) -> Iterator[Found]:
-    """Find the attractor again at each value: where it comes to, and no nearer one does."""
+    """Find the attractor again at each value, by the rule of R^n."""
     family: MapFamily = line_family(f)
     checked_parameter(family, parameter)
-    before: AttractorList | None = None
+    known = Known()
     for value in values.tolist():
         at = family.replace(**{parameter: value})
         listed = attractors(at)
-        if before is not None:
-            number = _outlived_by(at, basins(at, listed), before, number)
-        yield value, number, at, listed
-        before = listed
+        found = basins(at, listed)
+        near = [LineSurroundings(at, found, k) for k in range(len(listed))]
+        numbers = known.again(at, 1.0, [each.points for each in near], partial(_places, near))
+        yield value, numbers.index(number) if number in numbers else -1, at, listed
 
 
-def _outlived_by(f: MapFamily, now: Basins, before: AttractorList, number: int) -> int:
-    """Place of the attractor that one before goes on as; -1 if none."""
-    low, high = f.domain
-    ends = [int(now.at(one.point)) if low <= one.point <= high else -1 for one in before]
-    place = ends[number]
-    if place < 0:
-        return -1
-    bands = now.attractors[place].bands
-    off = [np.abs(one.point - np.clip(one.point, *bands.T)).min() for one in before]
-    nearest = min(far for far, end in zip(off, ends, strict=True) if end == place)
-    return place if off[number] <= nearest else -1
+def _places(near: list[LineSurroundings], x: Floats) -> NDArray[np.integer[Any]]:
+    return near[0].fate(x)  # all of them know all basins
 
 
 def _along_space(f: Any, parameter: str, values: Floats, number: int) -> Iterator[Found]:

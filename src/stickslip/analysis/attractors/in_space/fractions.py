@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
@@ -25,11 +27,12 @@ from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.attractors.attractor import AttractorListND
+    from stickslip.analysis.attractors.in_space.fates import Cells, Labels
     from stickslip.analysis.maps.protocol import Floats, Modelled
 
 MATCHED: Final = 32  # points of an attractor that are followed at the next value
@@ -157,48 +160,57 @@ def searched_along(
     f: FamilyND, parameter: str, values: Floats, n_starts: int, max_steps: int, work: Work
 ) -> Iterator[tuple[FamilyND, AttractorListND, tuple[int, ...], Work]]:
     """At each value the map, its attractors, their numbers, which they keep, and work left."""
-    numbers: list[tuple[int, ...]] = []
-    before: AttractorListND | None = None
+    known = Known()
     for i, value in enumerate(values.tolist()):
         here = work.part(i / len(values), (i + 1) / len(values))
         f = f.replace(**{parameter: value})
         x, widths = seeds(f, None, n_starts)
-        handed = [attractor.points[-1:] for attractor in before or ()]
+        handed = [points[-1:] for points in known.points.values()]
         x = np.concatenate([x, *(point for point in handed if f.contains(point).all())])
         listed = search_attractors(f, x, widths, MAX_PERIOD, max_steps, None, here.part(0.0, HALF))
-        same = tuple(range(len(listed)))
-        numbers.append(same if before is None else _matched(f, before, numbers, listed, max_steps))
-        yield f, listed, numbers[-1], here.part(HALF, 1.0)
-        before = listed
+        points = [attractor.points for attractor in listed]
+        comes = partial(_places, f, cells_of(f, listed), max_steps)
+        yield f, listed, known.again(f, widths, points, comes), here.part(HALF, 1.0)
 
 
-def _matched(
-    f: FamilyND,
-    before: AttractorListND,
-    numbers: list[tuple[int, ...]],
-    now: AttractorListND,
-    max_steps: int,
-) -> tuple[int, ...]:
-    """Give attractors the numbers of the known ones whose points come to them."""
-    cells, claims = cells_of(f, now), []
-    for number, attractor in zip(numbers[-1], before, strict=True):
-        points = attractor.points[-MATCHED:]
-        fate = fates(f, points, cells, max_steps)[0]
-        counts = np.bincount(fate[fate >= 0], minlength=len(now))
-        if counts.size and counts.max() * 2 > len(points):
-            k = int(counts.argmax())
-            there, back = now[k].points, now[k].points[-MATCHED:]
-            off = _away(f, now.widths, points, there)
-            off += _away(f, now.widths, back, attractor.points)
-            claims.append((off, number, k))
-    known: dict[int, int] = {}
-    for _, number, k in sorted(claims):
-        known.setdefault(k, number)
-    new = iter(range(1 + max((n for each in numbers for n in each), default=-1), 10**9))
-    return tuple(known[k] if k in known else next(new) for k in range(len(now)))
+def _places(f: FamilyND, cells: Cells | None, max_steps: int, x: Floats) -> Labels:
+    return fates(f, x, cells, max_steps)[0]
 
 
-def _away(f: FamilyND, widths: Floats, points: Floats, others: Floats) -> float:
+class Known:
+    """Attractors at the last value of a parameter, which keep their numbers at the next."""
+
+    def __init__(self) -> None:
+        self.points: dict[int, Floats] = {}  # by number
+        self.new = itertools.count()
+
+    def again(
+        self,
+        f: Any,
+        widths: Floats | float,
+        now: Sequence[Floats],
+        comes: Callable[[Floats], NDArray[np.integer[Any]]],
+    ) -> tuple[int, ...]:
+        """Return numbers of attractors of given points: each that of the closest that comes to it.
+
+        `comes` tells the place of the attractor that each of some points (m, n) comes to.
+        """
+        claims = []
+        for number, points in self.points.items() if now else ():
+            fate = comes(points[-MATCHED:])
+            counts = np.bincount(fate[fate >= 0], minlength=len(now))
+            if 2 * counts.max() > len(fate):
+                k = int(counts.argmax())
+                off = _away(f, widths, points[-MATCHED:], now[k])
+                off += _away(f, widths, now[k][-MATCHED:], points)
+                claims.append((off, number, k))
+        known = {k: number for _, number, k in sorted(claims, reverse=True)}
+        numbers = tuple(known[k] if k in known else next(self.new) for k in range(len(now)))
+        self.points = dict(zip(numbers, now, strict=True))
+        return numbers
+
+
+def _away(f: Any, widths: Floats | float, points: Floats, others: Floats) -> float:
     """How far points are from the nearest others, in the mean, in widths."""
     distances = np.abs(apart(f, points[:, None], others)) / widths
     return float(distances.max(axis=2).min(axis=1).mean())
