@@ -96,7 +96,7 @@ def test_giving_up_everywhere_is_a_failure(capsys):
     assert main(["map", *PAPER, "-d", "0.1", "--max-time", "3"]) == 1
     captured = capsys.readouterr()
     assert rows_of(captured.out)[0]["status_name"] == "TIME_LIMIT"
-    assert "raise max_time" in captured.err
+    assert "raise --max-time" in captured.err
     assert main(["map", *PAPER, "-d", "0.1", "--max-time", "3", "--quiet"]) == 1
     assert capsys.readouterr().err == ""
 
@@ -120,7 +120,7 @@ def test_giving_up_everywhere_is_a_failure(capsys):
         (["--window", "0", "1"], ["--grid"]),
         (["--grid", "10.5"], ["--grid", "10.5"]),
         (["--max-events", "1e3"], ["--max-events", "1e3", "whole number"]),
-        (["--max-events", "0"], ["max_events", "0", ">= 1"]),
+        (["--max-events", "0"], ["--max-events", "0", ">= 1"]),
         (["--threads", "0"], ["threads", "0", ">= 1"]),
         (["--out", "/dev/null/map.csv"], ["/dev/null/map.csv"]),
         (["--out", "nowhere/map.csv"], ["nowhere"]),
@@ -284,7 +284,7 @@ def test_a_list_that_is_not_complete_fails_and_says_what_is_open(found_orbits, c
 @pytest.mark.parametrize(
     ("options", "fragments"),
     [
-        ("--max-period 0", ["max_period", "0", "from 1 to"]),
+        ("--max-period 0", ["--max-period", "0", "from 1 to"]),
         ("--period -2", ["period", "-2", "from 1 to"]),
         ("--period 2 --max-period 3", ["--period", "--max-period"]),
         ("--max-period 1.5", ["--max-period", "1.5", "whole number"]),
@@ -292,7 +292,7 @@ def test_a_list_that_is_not_complete_fails_and_says_what_is_open(found_orbits, c
         ("--resolution 0", ["resolution", "0", "positive"]),
         ("--resolution nan", ["resolution", "nan", "finite"]),
         ("--V 0", ["V", "> 0"]),
-        ("--max-events 0", ["max_events", ">= 1"]),
+        ("--max-events 0", ["--max-events", ">= 1"]),
         ("--out nowhere/orbits.csv", ["nowhere"]),
     ],
 )
@@ -407,7 +407,7 @@ def test_an_undecided_rest_is_told_and_nothing_decided_fails(found_basins, capsy
         ("--resolution nan", ["resolution", "nan"]),
         ("--samples 64", ["--samples", "several numbers"]),
         ("--beta 0", ["beta", "> 0"]),
-        ("--max-events 0", ["max_events", ">= 1"]),
+        ("--max-events 0", ["--max-events", ">= 1"]),
         ("--out .", ["folder"]),
     ],
 )

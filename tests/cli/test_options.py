@@ -11,6 +11,7 @@ from tests.mechanics.eventmap.unequal import pair
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.cli.options import ModelOptions
+from stickslip.cli.output import Spoken, in_options
 from stickslip.mechanics.friction.values import parse_law
 from stickslip.mechanics.model.file import write_model
 
@@ -304,6 +305,46 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
         for each in (ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5)), CHAIN, model, controlled)
     ]
     assert sizes == ["1 block", "3 blocks", "2 masses with 1 contact", "3 states with 1 contact"]
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        ("cycles --preset coulomb --n-starts 0", "--n-starts 0 is not allowed"),
+        ("basins --preset coulomb --resolution 2", "--resolution 2.0 must lie"),
+        ("orbits --preset law9 --engine exact", "Take --engine 'auto' or 'adaptive'."),
+        ("orbits --model mine.toml", "(domain= is for Python; this command has no such option)"),
+    ],
+)
+def test_messages_name_options_not_arguments_of_python(command, told, file, capsys):
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), V=0.5)
+    file(ss.Structure([1.0, 1.0], [[2.0, 0.5], [0.5, 1.0]], contacts=[contact]))
+    assert main(command.split()) == 2
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "where it starts (n_starts=), or (free_zero=)",
+            "where it starts (--n-starts), or (--free-zero)",
+        ),
+        ("raise max_evaluations", "raise --max-evaluations"),
+        ("take pieces=1, or free_zero=True", "take --pieces 1, or --free-zero"),
+        ("Take Coulomb(mu=), or -p mu=0.3", "Take Coulomb(mu=), or -p mu=0.3"),
+        (
+            "friction = 'a + s, a=0.3' of coulomb:mu=0.2",
+            "friction = 'a + s, a=0.3' of coulomb:mu=0.2",
+        ),
+        ("load(path, system=...) of mass_1", "load(path, system=...) of mass_1"),
+    ],
+)
+def test_arguments_are_called_as_options_are(text, told, monkeypatch):
+    names = ("n_starts", "free_zero", "max_evaluations", "pieces")
+    options = {name: "--" + name.replace("_", "-") for name in names}
+    monkeypatch.setattr(Spoken, "options", lambda: options)
+    assert in_options(text) == told
 
 
 UNEQUAL = pair(ss.Coulomb(mu=0.22), 0.2, damped=True)

@@ -118,7 +118,7 @@ def test_json_is_one_document(found, capsys):
         ("--parameter V --range 0.03", ["--range"]),
         ("--parameter V", ["--range"]),
         ("--range 0.03 0.04", ["--parameter"]),
-        (f"{BIFURCATIONS} --max-period 0", ["max_period", "0", "from 1 to"]),
+        (f"{BIFURCATIONS} --max-period 0", ["--max-period", "0", "from 1 to"]),
         (f"{BIFURCATIONS} --max-period 1.5", ["--max-period", "1.5", "whole number"]),
         (f"{BIFURCATIONS} --values 1", ["--values 1", "at least 2"]),
         (f"{BIFURCATIONS} --window 0.2 0.1", ["window", "0.2", "0.1"]),
@@ -126,7 +126,7 @@ def test_json_is_one_document(found, capsys):
         (f"{BIFURCATIONS} --preset law9 --model mine.toml", ["--model", "--preset"]),
         (f"{BIFURCATIONS} --model missing.toml", ["missing.toml"]),
         (f"{BIFURCATIONS} --out mine.toml", ["mine.toml", "file", "folder"]),
-        (f"{BIFURCATIONS} --max-events 0", ["max_events"]),
+        (f"{BIFURCATIONS} --max-events 0", ["--max-events"]),
     ],
 )
 @pytest.mark.parametrize("as_json", [False, True])
@@ -300,7 +300,7 @@ def test_the_name_of_the_picture_chooses_its_format(suffix, here, capsys):
         ("--out fig.svg --values 1", ["--values 1", "at least 2"]),
         ("--out fig.svg --values 99999999999999999999", ["--values 999", "at most"]),
         ("--out fig.svg --values 10.5", ["--values", "10.5"]),
-        ("--out fig.svg --max-period 0", ["max_period", "0"]),
+        ("--out fig.svg --max-period 0", ["--max-period", "0"]),
         ("--out fig.svg --range 0.04 0.03", ["0.04", "0.03"]),
         ("--out fig.svg --range nan 0.03", ["nan"]),
         ("--out fig.svg --range 0 0.03", ["V = 0", "> 0"]),

@@ -95,6 +95,7 @@ def test_failures_have_codes_and_no_traceback(failure, code, fragment, monkeypat
         raise failure
 
     monkeypatch.setattr(program, "application", lambda *_: lambda *_, **__: failing())
+    monkeypatch.setattr(program, "_options", lambda *_: {})
     assert main(["map"]) == code
     captured = capsys.readouterr()
     assert fragment in captured.err

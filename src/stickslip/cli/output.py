@@ -6,6 +6,7 @@ They never replace others unasked. Progress goes to stderr, and only where someo
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -33,6 +34,11 @@ TABLE_ROWS = 40
 # Columns that a reader on a terminal has in another form or cannot use.
 MACHINE_ONLY = {"label", "status"}
 PICTURE_HEIGHT = 4.0  # inches, over the width of two columns
+# An argument of Python in a message, with or without a value; no part of a call or a quotation.
+ARGUMENT = re.compile(
+    r"""[\w.]+\([^()]*\)|(?<!\w)(['"]).*?\1(?!\w)|"""
+    r"""(?<![\w.:-])(?<!-p )(?P<name>[a-z]\w*)(?P<given>=True\b|=| = |(?![\w(=]))"""
+)
 PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 
 
@@ -87,7 +93,7 @@ def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, A
 
 def error_document(command: str, error: BaseException) -> str:
     """Write the reason for a failure in the same form."""
-    reason = {"type": type(error).__name__, "message": shortened(str(error))}
+    reason = {"type": type(error).__name__, "message": shortened(in_options(str(error)))}
     content = {"schema": SCHEMA, "command": command, "error": reason}
     return msgspec.json.encode(content).decode() + "\n"
 
@@ -140,10 +146,35 @@ def tracked(items: Sequence[Item], what: str) -> Iterator[Item]:
                 tell(done / len(items))
 
 
+class Spoken:
+    """How arguments of Python are called on the command line."""
+
+    options: Callable[[], Mapping[str, str]] = dict  # of the command that runs, by argument
+
+
+def in_options(text: str) -> str:
+    """Name the options of a message's arguments, and the arguments that have none."""
+    options = Spoken.options() if "=" in text or "_" in text else {}
+    lacking: list[str] = []
+
+    def told(found: re.Match[str]) -> str:
+        name, given = found["name"], found["given"]
+        if name in options and (given or "_" in name):
+            value = found.string[found.end() : found.end() + 1].strip(")],.; ")
+            return options[name] + " " * bool(value and given.strip() == "=")
+        if name and given.startswith("="):
+            lacking.append(f"{name}=")
+        return found[0]
+
+    text = ARGUMENT.sub(told, text)
+    missing = ", ".join(dict.fromkeys(lacking))
+    return f"{text} ({missing} is for Python; this command has no such option)" if lacking else text
+
+
 def note(text: str, *, quiet: bool) -> None:
     """Say something beside the result."""
     if not quiet:
-        print(f"stickslip: {text}", file=sys.stderr)
+        print(f"stickslip: {in_options(text)}", file=sys.stderr)
 
 
 def notes(texts: Sequence[str], what: str, *, quiet: bool) -> None:

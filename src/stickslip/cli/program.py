@@ -9,12 +9,14 @@ import sys
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any, Final
 
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
 from stickslip.cli import claims, installation, measurements, models, parameters, sweeps
+from stickslip.cli.output import Spoken, in_options
 from stickslip.cli.process import (
     BAD_USAGE,
     DONE,
@@ -81,6 +83,7 @@ def _examples(commands: str) -> str:
 def run(tokens: list[str]) -> int:
     """Parse, run, and turn every ending into an exit code and a message without traceback."""
     WATCH.quiet = bool({"-q", "--quiet"} & set(tokens))
+    Spoken.options = partial(_options, *tokens[:1])
     logging.basicConfig(format="stickslip: %(message)s", stream=sys.stderr)
     logging.getLogger("stickslip").setLevel(logging.INFO)
     try:
@@ -100,6 +103,15 @@ def run(tokens: list[str]) -> int:
         if _is_lost(error):
             _drop_output()
         return code
+
+
+def _options(command: str = "") -> dict[str, str]:
+    """Options of a command by argument; numbers of a model are called as everywhere."""
+    if command not in COMMANDS:
+        return {}
+    every = application(command)[command].assemble_argument_collection()
+    names = [each.name for each in every if each.keys[:1] != ("system",)]
+    return {name.lstrip("-").replace("-", "_"): name for name in names}
 
 
 def _refuse_undecoded(tokens: list[str]) -> None:
@@ -144,7 +156,7 @@ def _message(error: BaseException) -> str:
         return f"cannot use {error.filename}: {error.strerror}"
     if isinstance(error, OSError) and _is_lost(error):
         return f"cannot write to the standard output: {error.strerror}"
-    text = str(error) or type(error).__name__
+    text = in_options(str(error)) or type(error).__name__
     return text if expected else f"{type(error).__name__}: {text} (-v shows where)"
 
 
