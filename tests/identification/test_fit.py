@@ -9,6 +9,7 @@ import pytest
 from tests.sizes import slow
 
 import stickslip as ss
+from stickslip.identification.fit import Loss
 from stickslip.identification.terms import FEW, term_of
 
 BLOCK = ss.Oscillator(V=0.2, friction=ss.Stribeck(mu=0.5, speed=0.3), damping=0.1)
@@ -271,6 +272,31 @@ def test_a_fit_tells_from_when_on_it_has_no_derivatives() -> None:
     of_belt = ss.fit(model, seen(t), ["V"], pieces=1)  # not felt before the touch
     assert "what has derivatives cannot tell V" in of_belt.message
     assert of_belt.profile("V", [0.0995, 0.1]).root[0] < -20.0  # all that was measured tells it
+
+
+@pytest.mark.parametrize(
+    ("loss", "sigma"),
+    [("soft_l1", None), ("huber", None), ("soft_l1", 0.01), ("huber", 0.01), ("cauchy", 0.01)],
+)
+def test_outliers_that_a_loss_does_not_feel_are_not_in_the_errors(
+    loss: Loss, sigma: float | None
+) -> None:
+    s, law = np.linspace(0.0, 1.5, 100), BLOCK.friction
+    rng, off = np.random.default_rng(1), []
+    for _ in range(20):
+        force = law.force(s) + rng.normal(scale=0.01, size=100)
+        force[rng.integers(100, size=4)] += 1.0
+        found = ss.fit(BLOCK, ss.ForcePoints(s, force, sigma), ["mu"], loss=loss)
+        off.append((found.values[0] - 0.5) / found.standard_errors[0])
+    assert found.tells
+    assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.7  # 20 of scatter 1, by five of their errors
+
+
+def test_a_loss_to_which_all_is_far_tells_no_error() -> None:
+    points = ss.ForcePoints(np.linspace(0.1, 1.0, 50), 0.5 + 0.1 * (-1.0) ** np.arange(50), 1e-3)
+    found = ss.fit(ss.Oscillator(V=0.2, friction=ss.Coulomb(0.5)), points, ["mu"], loss="cauchy")
+    assert np.isinf(found.standard_errors).all()
+    assert not found.tells
 
 
 def test_forces_over_speeds_and_a_record_together() -> None:

@@ -97,8 +97,8 @@ class Fit(Result):
     n_free : int
         Number of data less that of the unknowns.
     scale : float
-        Factor of the errors that were given or assumed, as estimated from the residuals; 1 where
-        all were given.
+        Factor of the errors that were given or assumed, as estimated from the residuals as `loss`
+        feels them; 1 where all were given and the loss is "linear".
     starts : tuple of ndarray
         States (displacements, then velocities) that the motions of each set of data start from,
         where these are estimated, piece after piece; or the differences in global stick.
@@ -204,7 +204,7 @@ class Fit(Result):
 
     @property
     def _size(self) -> float:
-        return float(np.sqrt(self.chi2 / self.n_free))
+        return _scatter(self.residuals, self.n_free, self.loss)
 
     @property
     def autocorrelation(self) -> Floats:
@@ -243,7 +243,7 @@ class Fit(Result):
         What was known besides (`priors`) counts as data. `stickslip.compare_fits` compares several.
         """
         n = len(self.residuals)
-        misfit = self.chi2 if self.scale == 1.0 else n * float(np.log(self.chi2 / n))
+        misfit = self.chi2 if _weighed(self.data) else n * float(np.log(self.chi2 / n))
         return misfit + self._misfit(self.values) + 2.0 * self.n_unknowns
 
     def predict(self, quantity: Callable[[Model], Any]) -> Prediction:
@@ -917,10 +917,13 @@ def _result(
     names, n = problem.names, len(problem.names)
     residuals = np.concatenate([each.residuals for each in stage.answers])
     n_free = len(residuals) + len(problem.priors) - problem.n_unknown
-    scale = 1.0 if _weighed(data) else float(np.sqrt(stage.chi2 / n_free))
+    known = _weighed(data) and loss == "linear"
+    scale = 1.0 if known else _scatter(residuals, n_free, loss)
     jacobian = problem.jacobian(unknowns)
-    known = np.isfinite(jacobian).all(axis=1)
-    covariance, undetermined = _covariance(jacobian[known], names)
+    there = np.isfinite(jacobian).all(axis=1)
+    covariance, undetermined = _covariance(jacobian[there], names)
+    if not np.isfinite(scale):
+        scale, undetermined = 1.0, names
     covariance = covariance * scale**2
     values = unknowns[:n]
     errors = np.sqrt(np.diag(covariance))
@@ -963,6 +966,20 @@ def _result(
     )
     reach = found._reach * errors
     return replace(found, intervals=np.column_stack([values - reach, values + reach]))
+
+
+def _scatter(residuals: Floats, n_free: int, loss: Loss) -> float:
+    """Scatter of residuals as a loss feels it (Huber 1981, section 7.6); inf where all are far."""
+    z = residuals**2
+    by_loss: dict[Loss, tuple[Any, Any]] = {
+        "linear": (1.0, 1.0),
+        "soft_l1": ((1.0 + z) ** -0.5, (1.0 + z) ** -1.5),
+        "huber": (np.maximum(z, 1.0) ** -0.5, z <= 1.0),
+        "cauchy": (1.0 / (1.0 + z), (1.0 - z) / (1.0 + z) ** 2),
+    }
+    felt, bend = by_loss[loss]
+    size, mean = float(np.sqrt(np.sum((residuals * felt) ** 2) / n_free)), float(np.mean(bend))
+    return size / mean if mean > 0.0 else np.inf
 
 
 def _covariance(jacobian: Floats, names: tuple[str, ...]) -> tuple[Floats, tuple[str, ...]]:
