@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING, MAX_INSTANT
+from stickslip.mechanics.model.orders import orders
 from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
 
@@ -106,7 +107,7 @@ def _inside(
     return found
 
 
-SAMPLES: Final = 48  # per unit of time, when extremes are looked for
+SAMPLES: Final = 48  # per radian of the slowest contact, when extremes are looked for
 FAR: Final = 0.1  # of the period: an event this far from the section is far
 BESIDE: Final = 1e-6  # of the range: how far beside a change of modes cycles are sought
 SCALES: Final = (1e-8, 1e-6, 1e-4, 1e-2)  # of displacements from the cycle there
@@ -115,7 +116,7 @@ SEED: Final = 1998
 CLOSER: Final = 1 / 16  # of that: where the cycle found must be nearer to the one at the change,
 SHRINKS: Final = 0.6  # at this share of the distance (a square root: a quarter)
 ROUNDING: Final = 1e-10
-SOLVED: Final = 1e-11  # residual of a cycle, units of the state
+SOLVED: Final = 1e-11  # residual of a cycle, of the states' sizes
 
 
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
@@ -158,7 +159,7 @@ def _extreme(cycle: Cycle) -> tuple[float, Floats]:
     def rate(time: Floats | float) -> Floats:
         return plant.rows(plant.coordinates(trajectory.x(time), trajectory.v(time)))[0]
 
-    t = np.linspace(0.0, cycle.period, max(400, int(SAMPLES * cycle.period)))
+    t = np.linspace(0.0, cycle.period, max(400, int(SAMPLES * cycle.period / orders(plant).time)))
     rows, events = coordinates(plant), np.array([event.time for event in cycle.events])
     values, best = rate(t) @ rows.T, (-1.0, 0.0, 0)
     for k in range(len(rows)):
@@ -216,6 +217,7 @@ def _beside(
     free: Shooting, word: Word | None, point: CurvePoint, value: float, width: float
 ) -> Floats | None:
     """Cycle with other modes at a parameter beside a change, which tends to the one there."""
+    scale = free.scale(width, point.y)
     for guess in _guesses(free, point, value):
         y = converged(free, guess, width)
         if y is None or free.shot(y).word == word:
@@ -224,7 +226,8 @@ def _beside(
         nearer[-1] += (1.0 - CLOSER) * (point.parameter - value)
         limit = converged(free, nearer, width)
         far, near = (
-            np.inf if z is None else float(np.abs(z - point.y)[:-1].max()) for z in (y, limit)
+            np.inf if z is None else float(np.abs((z - point.y) / scale)[:-1].max())
+            for z in (y, limit)
         )
         if near <= SHRINKS * far + ROUNDING:
             return y
@@ -234,11 +237,12 @@ def _beside(
 def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats]:
     """Yield starts about the cycle at a change, near ones first, each also a period later."""
     n_states = free.n_states
+    sizes = free.scale(1.0, point.y)[:n_states]
     plain = np.append(point.y[:-1], value)
     directions = np.random.default_rng(SEED).normal(size=(N_DIRECTIONS, n_states))
     for scale, direction, sign in itertools.product(SCALES, directions, (1.0, -1.0)):
         guess = plain.copy()
-        guess[:n_states] += sign * scale * direction
+        guess[:n_states] += sign * scale * sizes * direction
         yield guess
         try:
             yield _once_around(free, guess)
@@ -249,8 +253,10 @@ def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats
 def converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
     """Cycle at the parameter of a guess, of whatever modes."""
     try:
-        y = ArclengthCurve(shooting, shooting.scale(width, guess)).point(guess).y
-        residual = float(np.abs(shooting(y)[0]).max())
+        scale = shooting.scale(width, guess)
+        y = ArclengthCurve(shooting, scale).point(guess).y
+        off = shooting(y)[0][: shooting.n_states]
+        residual = float(np.abs(off / scale[: shooting.n_states]).max(initial=0.0))
     except (LeavesRegion, StepTooLong, ValueError):
         return None
     # Where the curve turns back just there the point found has another parameter; steps to and

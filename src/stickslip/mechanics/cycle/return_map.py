@@ -22,7 +22,7 @@ from stickslip.checks import (
     whole_number,
 )
 from stickslip.mechanics.cycle.chart import PHASE, Chart, chart
-from stickslip.mechanics.cycle.shooting import size_of
+from stickslip.mechanics.cycle.shooting import sizes_of
 from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
 from stickslip.mechanics.eventmap.mechanism import UNKNOWN, mechanism_between
@@ -182,8 +182,9 @@ class SectionMap(ModelMap):
         position, velocity = checked_state(self.model, x, v)
         z = np.concatenate([plant.waves(t), plant.coordinates(position, velocity, t), [1.0]])
         off = self.chart.conditions(plant.reduced) @ z
-        size = np.abs(self.chart.conditions(plant.reduced)) @ np.abs(z)
-        if (np.abs(off) > ON_SECTION * (size + size_of(plant))).any():
+        terms = np.abs(z) + np.pad(sizes_of(plant), (plant.n_waves, 1))
+        size = np.abs(self.chart.conditions(plant.reduced)) @ terms
+        if (np.abs(off) > ON_SECTION * size).any():
             raise ValueError(
                 f"x = {shown(x)}, v = {shown(v)} is no {self.event} of contact {self.contact + 1}: "
                 f"it is off by {off.tolist()} in its relative velocity and force."
@@ -319,7 +320,7 @@ class LineReturnMap(SectionMap, LineMap):
         states = plant.jacobians[0]
         row = reduced.matrix[reduced.n_free + self.contact, reduced.n_waves :]
         growth = abs(float((row @ np.linalg.inv(states))[own]))
-        scale = float(plant.static[self.contact]) / growth if growth > 0.0 else size_of(plant)
+        scale = float(plant.static[self.contact]) / growth if growth > 0.0 else sizes_of(plant)[own]
         sizes = scale * 2.0 ** np.arange(-20.0, 21.0)
         low, high = self._edges(np.concatenate([-sizes[::-1], [0.0], sizes]))
         for doubling in DOUBLINGS if self._doubling is None else (self._doubling,):

@@ -12,7 +12,7 @@ from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
 from stickslip.mechanics.cycle.section import Section, Shooting, Shot, coordinates
-from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
+from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, sizes_of
 from stickslip.mechanics.cycle.sliding import linear_modes, modes_about, steady_states
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from stickslip.numerics.arrays import Floats, Ints
 
 
-CLOSE: Final = 1e-3  # of the state's size: a return this close is worth an attempt
+CLOSE: Final = 1e-3  # of the states' sizes: a return this close is worth an attempt
 SETTLED: Final = 1e-9  # ... and this close is a cycle that attracts
-REACH: Final = 30.0 * CLOSE  # of the state's size: how far Newton's method may move a state
+REACH: Final = 30.0 * CLOSE  # of the states' sizes: how far Newton's method may move a state
 MAX_NEWTON: Final = 30
-CONVERGED: Final = 1e-13  # of the state's size
+CONVERGED: Final = 1e-13  # of the states' sizes
 ROUNDING: Final = 1e-9  # of the largest multiplier: one that belongs to the section
 MAX_ATTEMPTS: Final = 8
 WAIT: Final = 40  # periods of the slowest mode without a change of modes
@@ -124,8 +124,7 @@ class _Search:
         rates = np.abs(linear_modes(model).values)
         moving = rates[rates > STILL * rates.max()]
         self.slowest = 2.0 * np.pi / moving.min() if moving.size else np.inf
-        self.size = size_of(model.plant)
-        self.felt = model.plant.felt
+        self.sizes = sizes_of(model.plant)
 
     # --- autonomous models: from event to event -----------------------------------------------
 
@@ -146,13 +145,13 @@ class _Search:
     def _from_event_to_event(self, x: Floats, v: Floats, max_events: int) -> Cycle:
         attempts = 0
         for n_events, back, distance in self._returns(x, v, max_events):
-            if attempts >= MAX_ATTEMPTS and distance > SETTLED * self.size:
+            if attempts >= MAX_ATTEMPTS and distance > SETTLED:
                 continue
             attempts += 1
             found = self._converged(back, n_events)
             if found is not None:
                 return found
-            if distance <= SETTLED * self.size:
+            if distance <= SETTLED:
                 break
         raise NoCycleError(
             f": the motion came back {attempts} times, but not "
@@ -163,10 +162,10 @@ class _Search:
         """Yield close returns: events since then, the state, the distance."""
         state = self.plain.start(x, v)
         seen: dict[bytes, tuple[Ints, Floats]] = {}  # by modes: when and where, the last ones
-        closest = CLOSE * self.size
+        closest = CLOSE
         for number in range(max_events):
             state = self._next_event(state)
-            here = self.felt(state.z)
+            here = self._scaled(state.z)
             modes = state.mode.tobytes()
             if modes not in seen:
                 seen[modes] = np.full(HISTORY, -1), np.full((here.size, HISTORY), np.inf)
@@ -177,7 +176,7 @@ class _Search:
             if near[latest] >= 0:
                 distance = float(distances[latest])
                 yield number - int(near[latest]), state, distance
-                closest = max(0.1 * distance, 0.5 * SETTLED * self.size)
+                closest = max(0.1 * distance, 0.5 * SETTLED)
             oldest = numbers.argmin()
             numbers[oldest], states[:, oldest] = number, here
 
@@ -206,7 +205,7 @@ class _Search:
         plant = self.model.plant
         for steady in steady_states(self.model, near=state.w):
             there = plant.coordinates(steady.x, steady.v)
-            near = np.abs(self.felt(state.z - there)).max() <= SETTLED * self.size
+            near = self._distance(state.z, there) <= SETTLED
             if near and modes_about(plant, self.model.laws, steady).values.real.max() < 0.0:
                 return True
         return False
@@ -229,7 +228,7 @@ class _Search:
         """Solve for a cycle; its state, one round of it, and how many rounds the return was."""
         # `legs` follows a return, or a share of it by the number of rounds.
         forced, last = self.model.plant.is_forced, math.inf
-        enough = (10 if forced else 1) * CONVERGED * self.size
+        enough = (10 if forced else 1) * CONVERGED
         state = start
         for _ in range(MAX_NEWTON):
             leg = legs(state, 1)
@@ -249,28 +248,37 @@ class _Search:
             last, state = now, state._replace(z=state.z + self._step(leg, off, varies))
             # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away, however close
             # the return: no less far than from the widest one that is worth an attempt.
-            if np.abs(state.z - start.z).max() > REACH * self.size:
+            if np.abs((state.z - start.z) / self.sizes).max() > REACH:
                 return None
         return None
 
     def _off(self, leg: Leg, state: State) -> Floats:
-        """How far a leg ends from a state."""
-        return self.felt(leg.state.z - state.z)
+        """How far a leg ends from a state, in sizes."""
+        return self._scaled(leg.state.z - state.z)
+
+    def _scaled(self, z: Floats) -> Floats:
+        """Leave out of a state, or of a change of it, what nothing feels; in sizes."""
+        return np.asarray(self.model.plant.felt(z) / self.sizes)
+
+    def _distance(self, z: Floats, other: Floats) -> float:
+        """Between states, in sizes."""
+        return float(np.abs(self._scaled(z - other)).max())
 
     def _step(self, leg: Leg, off: Floats, varies: NDArray[np.bool_]) -> Floats:
         """Newton's step from the start of a leg."""
         ways = self.model.plant.ways(varies)
-        matrix = self.felt((ways - leg.tangent @ ways).T).T
+        ways = ways * (np.abs(ways).T @ self.sizes)
+        matrix = self._scaled((ways - leg.tangent @ ways).T).T
         return np.asarray(ways @ np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
 
     def _gains_no_more(self, last: float, now: float) -> bool:
         """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
-        return now >= 0.5 * last and now <= 1e3 * CONVERGED * self.size
+        return now >= 0.5 * last and now <= 1e3 * CONVERGED
 
     def _is_back(self, state: State, leg: Leg) -> bool:
         same = leg.status == status_codes.OK and (leg.state.mode == state.mode).all()
         off = np.abs(self._off(leg, state)).max()
-        return bool(same and off <= ROUNDS * CONVERGED * self.size)
+        return bool(same and off <= ROUNDS * CONVERGED)
 
     def _fewest_freedoms(self, state: State, leg: Leg, n_events: int) -> tuple[State, Leg]:
         """Start the cycle where most blocks stick: what they forget has exact zeros."""
@@ -287,13 +295,13 @@ class _Search:
         period = self.model.plant.period
         state = self.plain.start(x, v)
         states = [state]
-        closest = CLOSE * self.size
+        closest = CLOSE
         for _ in range(max_periods):
             leg = self.plain.leg(state, max_time=period)
             _check(leg)
             state = leg.state._replace(t=0.0)
             for back, other in enumerate(reversed(states[-64:]), start=1):
-                distance = float(np.abs(self.felt(state.z - other.z)).max())
+                distance = self._distance(state.z, other.z)
                 if (state.mode == other.mode).all() and distance < closest:
                     found = self._converged_in_time(state, back)
                     if found is not None:
@@ -354,7 +362,7 @@ HALVINGS: Final = 30  # of the step that holds an extreme
 SLIP_CLOSE: Final = 0.05  # of the motion's size: a return this close is worth an attempt
 SLIP_REACH: Final = 10.0  # distances of the return that Newton's method may move the state
 NEUTRAL: Final = 1e-9  # multipliers this close to the unit circle: one of a family of motions
-SMALLEST: Final = 1e-6  # of the static limits: smaller motions are steady sliding
+SMALLEST: Final = 1e-6  # of the states' sizes: smaller motions are steady sliding
 
 
 def slip_cycle(model: Model, state: State, *, rtol: float) -> Shot | None:
@@ -368,7 +376,8 @@ def slip_cycle(model: Model, state: State, *, rtol: float) -> Shot | None:
     second = None if low is None else swings.next(low[0])
     if first is None or low is None or second is None:
         return None
-    distance = float(np.abs(model.plant.felt(second[0].z - first[0].z)).max())
+    sizes = sizes_of(model.plant)
+    distance = float(np.abs(model.plant.felt(second[0].z - first[0].z) / sizes).max())
     size = swings.size(low[0], second[0])
     if not SMALLEST < size or distance > SLIP_CLOSE * size:
         return None
@@ -381,10 +390,12 @@ def slip_cycle(model: Model, state: State, *, rtol: float) -> Shot | None:
     except (LeavesRegion, StepTooLong):
         return None
     shot: Shot = point.note
-    moved = float(np.abs(section.ways.T @ (shot.state.z - second[0].z)).max())
+    moved = np.abs(section.ways.T @ (shot.state.z - second[0].z))
+    moved /= np.abs(section.ways).T @ sizes
     if (np.abs(np.abs(shot.multipliers) - 1.0) < NEUTRAL).all():
         return None
-    near = moved <= SLIP_REACH * distance + SMALLEST and abs(point.parameter - value) < 1e-14
+    there = abs(point.parameter - value) < 1e-14 * (abs(value) or 1.0)
+    near = moved.max() <= SLIP_REACH * distance + SMALLEST and there
     half = swings.next(shot.state)
     return shot if near and half and swings.size(shot.state, half[0]) > 0.1 * size else None
 
@@ -429,6 +440,7 @@ class _Swings:
         return 0.5 * sum(halved(rises_on, 0.0, self.step, HALVINGS))
 
     def size(self, a: State, b: State) -> float:
-        """Amplitude of a motion from its states at two extremes."""
+        """Amplitude of a motion from its states at two extremes, in sizes."""
         n = len(self.along)
-        return 0.5 * abs(float(self.along @ (a.z - b.z)[:n]))
+        unit = float(np.abs(self.along) @ sizes_of(self.plant)[:n])
+        return 0.5 * abs(float(self.along @ (a.z - b.z)[:n])) / unit

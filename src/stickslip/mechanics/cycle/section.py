@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip import status as status_codes
-from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, size_of
+from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, sizes_of
 from stickslip.numerics.continuation import LeavesRegion
 
 if TYPE_CHECKING:
@@ -155,8 +155,9 @@ class Shooting:
 
     def scale(self, width: float, y: Floats) -> Floats:
         """Size of each unknown near a solution; of the parameter the width of its range."""
-        size = max(size_of(self.model.plant), float(np.abs(y[: self.n_states]).max(initial=0.0)))
-        return np.array([*np.full(self.n_states, size), *self._own(float(y[-2])), width])
+        sizes = np.abs(self.section.ways).T @ sizes_of(self.model.plant)
+        far = float((np.abs(y[: self.n_states]) / sizes).max(initial=1.0))
+        return np.array([*(far * sizes), *self._own(float(y[-2])), width])
 
     @property
     def free(self) -> bool:

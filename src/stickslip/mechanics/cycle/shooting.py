@@ -12,6 +12,7 @@ from stickslip import status as status_codes
 from stickslip.mechanics.flow.engine import BlockEngine, block_engine
 from stickslip.mechanics.flow.recorder import place
 from stickslip.mechanics.flow.system import MAX_INSTANT
+from stickslip.mechanics.model.orders import orders
 from stickslip.mechanics.model.plant import ROUNDING
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ class Shooter:
         # Of a point that Newton's method has solved for, w is 0 to rounding only: a creep of 1e-18
         # would feel kinetic friction where rest feels up to the static limit.
         w = z[len(z) - self.n_contacts :]
-        w[np.abs(w) <= ROUNDING * size_of(plant)] = 0.0
+        w[np.abs(w) <= ROUNDING * sizes_of(plant)[-w.size :]] = 0.0
         place(self.engine, self.motion, z, self.work)
         return self._state()
 
@@ -182,6 +183,8 @@ class Shooter:
         return State(z, motion.mode.copy(), float(motion.clock[0]))
 
 
-def size_of(plant: Plant) -> float:
-    """Size of the states of a plant's motions."""
-    return float(np.max(plant.static)) + float(np.abs(plant.V).max())
+def sizes_of(plant: Plant) -> Floats:
+    """Sizes of the states (y, w) of a plant's motions, shape (n,): friction's, and belts' too."""
+    order, belt = orders(plant), float(np.abs(plant.V).max())
+    carried = np.where(np.arange(order.state.size) < plant.n_positions, order.time, 1.0)
+    return np.asarray(order.state + belt * carried)

@@ -24,7 +24,8 @@ from stickslip.numerics.polynomial import NO_ROOT, UNFINISHED, first_contact, lo
 from stickslip.numerics.roots import EPSILON
 from stickslip.numerics.targets import kernel
 
-# Of 1 + the speed of a knot: well above the rounding of a speed, well below what a law feels.
+# Of the order of speeds + the speed of a knot: well above the rounding of a speed, well below what
+# a law feels.
 OVERLAP = 1e-12
 # What a law does elsewhere its series need not know: a force that rises in a narrow range of speeds
 # alone is flat to rounding outside. So it is looked at on the step, in so many places, ...
@@ -61,7 +62,7 @@ def is_followed(exact: float, told: float, most: float) -> bool:
 
 
 @kernel
-def leaving_time(laws: Floats, block: int, speed: Floats, h: float) -> float:
+def leaving_time(laws: Floats, block: int, speed: Floats, h: float, order: float) -> float:
     """Time at which a slip speed, a series, leaves its piece, at most `h`; <= 0 if that failed."""
     start = speed[0]
     low = 0.0
@@ -71,14 +72,14 @@ def leaving_time(laws: Floats, block: int, speed: Floats, h: float) -> float:
         row = int(laws[row, NEXT_PIECE_COLUMN])
     high = laws[row, PIECE_END_COLUMN]
     if low > 0.0:
-        speed[0] = start - low + OVERLAP * (1.0 + low)
+        speed[0] = start - low + OVERLAP * (order + low)
         t = first_contact(speed, h, False, 0.0)
         h = h if t == NO_ROOT else t
         speed[0] = start
     if high < math.inf and h > 0.0:
         for k in range(speed.shape[0]):
             speed[k] = -speed[k]
-        speed[0] = high - start + OVERLAP * (1.0 + high)
+        speed[0] = high - start + OVERLAP * (order + high)
         t = first_contact(speed, h, False, 0.0)
         h = h if t == NO_ROOT else t
     return h
@@ -106,7 +107,7 @@ def stay_on_pieces(laws: Floats, motion: Motion, w: Rows, signal: Floats, h: flo
         for block in range(2):
             if motion.mode[block] != 0 and h > 0.0:
                 slip_signal(motion, w, signal, block)
-                h = leaving_time(laws, block, signal, h)
+                h = leaving_time(laws, block, signal, h, 1.0)
     return h
 
 

@@ -81,6 +81,7 @@ class Recorder(ABC):
         self.motion = engine.new_motion(engine.directions())
         self.work = engine.new_work()
         self.rtol = rtol
+        self.longest = LONGEST_STEP
         self.dense = dense
         self.polynomials: deque[Any] = deque()  # of each step, if closed forms are none
         self.record: deque[Step] = deque(maxlen=last)
@@ -198,7 +199,7 @@ class Recorder(ABC):
         while self.t < t_end:
             self.keep()
             left = t_end - self.t
-            t, status = self._advance(min(LONGEST_STEP, left))
+            t, status = self._advance(min(self.longest, left))
             self.t = t_end if t == left else self.t + t
             instant = instant + 1 if t == 0.0 else 0
             stuck = instant > MAX_INSTANT * self.mode.size
@@ -386,6 +387,7 @@ class BlocksRecorder(Recorder):
     ) -> None:
         super().__init__(engine, rtol=rtol, dense=dense, last=last)
         self.model, self.plant = model, model.plant
+        self.longest *= engine.system.longest
 
     def start_on_belt(self, d: Floats) -> None:
         """Start at the end of the global stick phase `d`: there the first slip begins."""

@@ -72,8 +72,6 @@ if TYPE_CHECKING:
     )
 
 ORDER = 18
-# No step is longer: a Taylor polynomial that happens to end early says nothing beyond.
-LONGEST_STEP = 1.0
 # Times that are never reached; what underflows ends as a series, too.
 FOR_EVER = 1e100
 # Rounding of a step's coefficients, in units of EPSILON.
@@ -98,7 +96,7 @@ def advance(
     h = min(cap, step_length(system, motion, work, rtol))
     if not h > 0.0:
         return 0.0, LAW_FAILED if math.isnan(h) else STEP_FAILED
-    h = stay_on_pieces(laws, motion, work, h)
+    h = stay_on_pieces(system, laws, motion, work, h)
     if not h > 0.0:
         return 0.0, STEP_FAILED
     h = find_events(system, motion, work, h)
@@ -384,30 +382,32 @@ def row_coefficient(system: BlockSystem, work: BlockWork, row: int, k: int) -> f
 
 @kernel(inline=True)
 def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol: float) -> float:
-    """Step after which the last two terms of every series are below `rtol`."""
+    """Step after which the last two terms of every series are below `rtol` of its order."""
+    # None is longer than `longest`: a polynomial that happens to end early says nothing beyond.
+    n_free = motion.y.shape[0]
     if work.n_active[0] == 0 and work.n_active[1] == 0:
-        return LONGEST_STEP if COUPLED else straight_length(system, motion, work)
+        return system.longest if COUPLED else straight_length(system, motion, work)
     largest = 0.0
     for k in (ORDER - 1, ORDER):
         size = 0.0
         for a in range(work.n_active[0]):
             i = work.active[a]
-            size = max(size, abs(work.w[i, k]))
+            size = max(size, abs(work.w[i, k]) / system.order[n_free + i])
             if math.isnan(work.w[i, k]):
                 return math.nan
         for a in range(work.n_active[1]):
             i = work.flowing[a]
             if moves(system, motion, i):  # else w bends y, and tells its size
-                size = max(size, abs(work.z[i, k]))
+                size = max(size, abs(work.z[i, k]) / system.order[i])
         if COUPLED:  # forces that hold contacts follow from rates, which converge later
             for i in range(motion.mode.shape[0]):
                 if motion.mode[i] == 0:
-                    size = max(size, abs(work.joint.force[i, k]))
+                    size = max(size, abs(work.joint.force[i, k]) / motion.limit[i])
         if size > 0.0:
             largest = max(largest, math.exp(math.log(size / rtol) / k))
     if largest == 0.0 and work.n_active[0] == 0 and not COUPLED:
         return straight_length(system, motion, work)
-    return min(LONGEST_STEP, 1.0 / largest) if largest > 0.0 else LONGEST_STEP
+    return min(system.longest, 1.0 / largest) if largest > 0.0 else system.longest
 
 
 @kernel
@@ -425,21 +425,23 @@ def straight_length(system: BlockSystem, motion: BlockMotion, work: BlockWork) -
                 size = abs(work.signal[k])
                 if size * FOR_EVER > motion.limit[i]:
                     h = min(h, math.exp(math.log(motion.limit[i] / size) / k))
-    return max(h, LONGEST_STEP)
+    return max(h, system.longest)
 
 
 # --- events -----------------------------------------------------------------------------------
 
 
 @kernel(inline=True)
-def stay_on_pieces(laws: Floats, motion: BlockMotion, work: BlockWork, h: float) -> float:
+def stay_on_pieces(
+    system: BlockSystem, laws: Floats, motion: BlockMotion, work: BlockWork, h: float
+) -> float:
     """Length of a step on which all laws stay smooth, at most `h`; <= 0 if a search failed."""
     if laws.shape[0] > motion.mode.shape[0]:
         for a in range(work.n_active[0]):
             i = work.active[a]
             if h > 0.0:
                 slip_signal(motion, work, i)
-                h = leaving_time(laws, i, work.signal, h)
+                h = leaving_time(laws, i, work.signal, h, system.order[motion.y.shape[0] + i])
     return h
 
 
@@ -457,11 +459,12 @@ def follows_laws(
         i = work.active[a]
         mode = motion.mode[i]
         row = piece_row(laws, i, mode * motion.w[i])
-        most = OFF * rtol * system.mass[i] / (motion.limit[i] * h)
+        order = system.order[motion.y.shape[0] + i]
+        most = OFF * rtol * order * system.mass[i] / (motion.limit[i] * h)
         for k in range(1, PLACES + 1):
             s, told = at_place(k, h, mode, work.w[i], work.rows[i, FORCE_ROW, :ORDER])
             exact = force(laws[row], mode, max(s, 0.0))
-            if s >= -OVERLAP and not is_followed(exact, told, most):
+            if s >= -OVERLAP * order and not is_followed(exact, told, most):
                 return False
     return True
 
@@ -475,7 +478,8 @@ def find_events(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: fl
         loaded = is_loaded(system, motion, i)
         if motion.mode[i] != 0:
             slip_signal(motion, work, i)
-            t = first_contact(work.signal, h, work.signal[0] == 0.0, SLACK * EPSILON)
+            slack = SLACK * EPSILON * system.order[motion.y.shape[0] + i]
+            t = first_contact(work.signal, h, work.signal[0] == 0.0, slack)
             if FEET and system.foot[i] >= 0:
                 if first_term(system, motion, work, i, 0, system.mass[i]) > ORDER:
                     t = 0.0  # its body has come to rest with another contact

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.mechanics.model.orders import order, orders
+
 if TYPE_CHECKING:
     from stickslip.mechanics.model.plant import Plant, Reduced
 
@@ -46,6 +48,8 @@ class BlockSystem(NamedTuple):
     V: Floats  # (m,)
     foot: Ints  # (m,): where y holds the place of an elastic contact's foot; -1 of other contacts
     inverse: Floats  # (m, m), of the stiffness, where energy bounds the motion; else (0, 0)
+    order: Floats  # (n,), of magnitude, of z
+    longest: float  # step
 
 
 class BlockDirections(NamedTuple):
@@ -135,6 +139,7 @@ def block_system(plant: Plant) -> BlockSystem:
     foot = np.full(plant.n_contacts, -1)
     foot[list(plant.elastic)] = plant.n_waves + plant.n_bodies + np.arange(len(plant.elastic))
     inverse = np.linalg.inv(plant.stiffness) if plant.dissipates else np.zeros((0, 0))
+    size = orders(plant)
     return BlockSystem(
         mass=reduced.mass.copy(),
         joint=JointSystem(reduced.coupling, plant.mechanisms) if plant.is_coupled else None,
@@ -144,6 +149,8 @@ def block_system(plant: Plant) -> BlockSystem:
         V=np.array(reduced.V, dtype=np.float64),
         foot=foot,
         inverse=np.asarray(inverse, dtype=np.float64),
+        order=np.append(np.ones(plant.n_waves), order(size.state)),
+        longest=size.time,
     )
 
 
