@@ -273,3 +273,20 @@ def test_a_block_under_a_measured_law_begins_to_squeal_where_the_law_falls_faste
     assert not found.stable
     for V in found.critical_speeds:
         assert law.slope(V) == pytest.approx(-0.1, abs=1e-9)
+
+
+def test_thomsen_and_fidlin_s_onset_is_told_along_the_speed_of_a_contact():
+    """J. J. Thomsen, A. Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389-403: a cubic law."""
+    limit, least, fast, damping = 0.4, 0.25, 0.5, 0.05  # damping: twice it is the coefficient
+    law = ss.friction_law(
+        "1 - drop * (1.5 * s / fast - 0.5 * (s / fast) ** 3)",
+        parameters={"drop": 1.0 - least / limit, "fast": fast},
+    )
+    contact = ss.Contact(at=0, friction=law, static=limit, V=0.3)
+    model = ss.Structure([1.0], [1.0], [2.0 * damping], contacts=[contact])
+    (sliding,) = ss.equilibria(model)
+    with pytest.raises(ValueError, match=r"V_1\. Take the bifurcations of stickslip\.follow"):
+        _ = sliding.hopf_points  # none would be wrong
+    (onset,) = ss.follow(sliding, "V_1", (0.1, 0.9)).bifurcations
+    expected = fast * np.sqrt(1.0 - 4.0 * damping * fast / (3.0 * (limit - least)))
+    assert onset.value == pytest.approx(expected, rel=1e-13)

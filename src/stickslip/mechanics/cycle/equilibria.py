@@ -68,8 +68,25 @@ class Equilibrium(Result):
 
     @cached_property
     def hopf_points(self) -> tuple[HopfPoint, ...]:
-        """Where a pair of modes begins or ceases to grow in the range of belt speeds."""
-        return hopf_points(self.model, self.speeds) if "V" in self.model.parameters else ()
+        """Where a pair of modes begins or ceases to grow in the range of belt speeds.
+
+        Raises
+        ------
+        ValueError
+            Contacts have speeds of their own, `Structure`: follow the equilibrium along one.
+        """
+        if not self._on_one_belt:
+            names = [name for name in self.model.parameters if name.startswith("V_")]
+            raise ValueError(
+                "hopf_points and critical_speeds are speeds of the one belt V of a model; contacts of "
+                f"a Structure have {', '.join(names)}. Take the bifurcations of "
+                f"stickslip.follow(equilibrium, {names[0]!r}, (low, high))."
+            )
+        return hopf_points(self.model, self.speeds)
+
+    @property
+    def _on_one_belt(self) -> bool:
+        return "V" in self.model.parameters
 
     @property
     def critical_speeds(self) -> Floats:
@@ -80,12 +97,12 @@ class Equilibrium(Result):
         """Stability, then the modes."""
         word = "neutral" if self.neutral else "stable" if self.stable else "unstable"
         w, x = (", ".join(f"{value:.10g}" for value in values) for values in (self.w, self.x))
-        one_belt = "V" in self.model.parameters
-        where = f"V = {self.V:.10g}" if one_belt else f"w = {w}"
+        where = f"V = {self.V:.10g}" if self._on_one_belt else f"w = {w}"
         lines = [f"Equilibrium: steady sliding at {where}, {word}", f"  x = {x}"]
-        lines += [f"  {point!r}" for point in self.hopf_points]
-        if one_belt and not self.critical_speeds.size:
-            lines.append("  keeps its stability at all belt speeds searched")
+        if self._on_one_belt:
+            lines += [f"  {point!r}" for point in self.hopf_points]
+            if not self.critical_speeds.size:
+                lines.append("  keeps its stability at all belt speeds searched")
         lines += [
             f"  growth rate {value.real:14.8g}   frequency {value.imag:.10g}"
             for value in self.eigenvalues
