@@ -78,7 +78,7 @@ class Equilibrium(Result):
         if not self._on_one_belt:
             names = [name for name in self.model.parameters if name.startswith("V_")]
             raise ValueError(
-                "hopf_points and critical_speeds are speeds of the one belt V of a model; contacts of "
+                "hopf_points and critical_speeds are speeds of a model's one belt V; contacts of "
                 f"a Structure have {', '.join(names)}. Take the bifurcations of "
                 f"stickslip.follow(equilibrium, {names[0]!r}, (low, high))."
             )
