@@ -322,9 +322,16 @@ class _CycleFollower(Follower):
         """Whatever is about to change the modes at a point."""
         model, state, period = self.shooting.start(last.y)
         shooter = Shooter(model, rtol=self.shooting.rtol, tangents=False)
-        found = [t for t in touches(shooter, state, period) if abs(t.room) < DECISIVE]
-        # A law with F(0) = 1 lets a landing at the limit also graze: it is named a landing.
-        return min(found, key=lambda touch: ORDER.index(touch.kind), default=None)
+        every = touches(shooter, state, period)
+        found = [t for t in every if abs(t.room) < DECISIVE]
+        # A law with F(0) = 1 lets a landing at the limit also graze: it is named a landing, also
+        # where rounding has taken the last of it.
+        touch = min(found, key=lambda touch: ORDER.index(touch.kind), default=None)
+        if touch is None or touch.kind != "grazing":
+            return touch
+        told = (touch.block, 0) in (self.shooting.word or ())
+        lands = any(t.kind == "landing" and t.block == touch.block for t in every)
+        return touch._replace(kind="landing") if told and not lands else touch
 
     def _elsewhere(self, last: CurvePoint, half: Half) -> CurvePoint | CurveEnd:
         """Go on from another section, where an event of another block has come to this one."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, word_of
-from stickslip.mechanics.cycle.shooting import Shooter, State
+from stickslip.mechanics.cycle.shooting import Shooter, State, sizes_of
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING, MAX_INSTANT
 from stickslip.mechanics.model.orders import orders
 from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
@@ -110,7 +110,7 @@ def _inside(
 SAMPLES: Final = 48  # per radian of the slowest contact, when extremes are looked for
 FAR: Final = 0.1  # of the period: an event this far from the section is far
 BESIDE: Final = 1e-6  # of the range: how far beside a change of modes cycles are sought
-SCALES: Final = (1e-8, 1e-6, 1e-4, 1e-2)  # of displacements from the cycle there
+SCALES: Final = tuple(10.0**k for k in range(-8, -1))  # of displacements from the cycle there
 N_DIRECTIONS: Final = 3
 SEED: Final = 1998
 CLOSER: Final = 1 / 16  # of that: where the cycle found must be nearer to the one at the change,
@@ -237,7 +237,7 @@ def _beside(
 def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats]:
     """Yield starts about the cycle at a change, near ones first, each also a period later."""
     n_states = free.n_states
-    sizes = free.scale(1.0, point.y)[:n_states]
+    sizes = np.abs(free.section.ways).T @ sizes_of(free.model.plant)
     plain = np.append(point.y[:-1], value)
     directions = np.random.default_rng(SEED).normal(size=(N_DIRECTIONS, n_states))
     for scale, direction, sign in itertools.product(SCALES, directions, (1.0, -1.0)):
