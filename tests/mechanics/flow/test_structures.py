@@ -166,3 +166,16 @@ def test_a_harmonic_without_amplitude_moves_nothing() -> None:
     np.testing.assert_allclose(same.x(60.0), motion.x(60.0), rtol=1e-11)
     with pytest.raises(ValueError, match="forced model has no event map"):
         ss.event_map(still)
+
+
+def test_a_mass_that_no_spring_holds_slips_until_it_rides_on_the_belt() -> None:
+    free = ss.Structure(
+        mass=[2.0],
+        stiffness=[[0.0]],
+        contacts=[ss.Contact(at=0, V=0.3, friction=ss.Coulomb(mu=0.5))],
+    )
+    motion = ss.simulate(free, [0.1], [-0.2], t_end=5.0)
+    (rides,) = motion.events
+    assert rides.kind == "stick"
+    assert rides.time == pytest.approx(2.0, rel=1e-14)  # speed 0.5 at the rate 0.25
+    assert motion.final_state.x[0] == pytest.approx(0.1 + 0.1 + 0.3 * 3.0, rel=1e-13)

@@ -214,7 +214,8 @@ class Plant:
     @cached_property
     def dissipates(self) -> bool:
         """Whether energy bounds motions about steady sliding: springs pull back, dampers take."""
-        if not self.rubs_as_one or self.n_waves or not self.V[0] > 0.0:
+        has_springs = self.rubs_as_one and self.stiffness.any()
+        if not has_springs or self.n_waves or not self.V[0] > 0.0:
             return False
         for matrix, least in ((self.stiffness, ROUNDING), (self.damping, -ROUNDING)):
             if not matrix.any():
