@@ -108,7 +108,7 @@ def test_a_formula_is_a_law(page):
     [
         ({**FORMULA, "law": "mu + exp(-s / v"}, "the formula 'mu + exp(-s / v' ends where ) is"),
         ({**FORMULA, "law": "mu^2"}, "powers are written **"),
-        ({"law": "2 - s"}, "F(0) = 2.0 of the friction law 2 - s"),
+        ({"law": "2 - s"}, "F(0) = 2.0 of the friction law '2 - s'"),
         ({"law": "__import__('os')"}, "calls '__import__' at character 1, which is no function"),
         ({"law": "+".join(f"exp(-s*{k}.5)/99" for k in range(20))}, "takes at most 40"),
     ],

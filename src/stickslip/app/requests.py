@@ -17,6 +17,7 @@ import numpy as np
 from msgspec import Meta, Raw, Struct
 from numpy.typing import NDArray
 
+from stickslip.app.words import of_page
 from stickslip.checks import finite_number
 from stickslip.mechanics.friction import UserLaw
 from stickslip.mechanics.friction.formula import TracedFormula
@@ -125,12 +126,12 @@ Period: TypeAlias = Annotated[int, Meta(ge=1, le=8)]
 
 
 class BadRequestError(ValueError):
-    """A request that is not allowed."""
+    """A request that is not allowed, told in the words of the page."""
 
     # `field` is the dotted path of the field that is wrong, such as ``model.mu``; empty if all is.
 
     def __init__(self, text: str, field: str = "") -> None:
-        super().__init__(text)
+        super().__init__(of_page(text))
         self.field = field
 
 

@@ -169,12 +169,68 @@ def test_one_error_in_one_place_that_moves_nothing(explorer):
         "() => explorer.views.every(({ panel }) => panel.section.hidden || "
         "panel.section.dataset.state === 'failed')"
     )
-    assert explorer.page.get_by_text("mu = 1.7").count() == 1
+    assert explorer.page.get_by_text("μk = 1.7").count() == 1
     assert explorer.view("map", "view.values.arrays.x.length") > 600  # dimmed, but there
     assert places(explorer.page) == before
     explorer.type_into("mu", 0.22)
     assert explorer.page.locator(".controls > .error").is_hidden()
     assert "failed" not in states(explorer.page).values()
+
+
+@pytest.mark.parametrize(
+    ("formula", "told"),
+    [
+        ("a_2 - 3*a_1", " of the friction law 'a_2 - 3*a_1'; allowed: 0 ≤ F(0) ≤ 1"),
+        ("exp(-1*s) + z(-2)", "the formula 'exp(-1*s) + z(-2)' calls 'z' at character 13"),
+        ("s**-2", "friction law 's**-2' failed at s = 0: division by zero"),
+    ],
+)
+def test_a_formula_is_told_as_it_was_typed(explorer, formula, told):
+    law = {"law": formula} | {name: 0.1 for name in ("a_1", "a_2") if name in formula}
+    model = {**COULOMB, "friction": law}
+    explorer.page.evaluate(
+        "(m) => { location.hash = 'model=' + encodeURIComponent(JSON.stringify(m)); }", model
+    )
+    error = explorer.page.locator(".controls > .error")
+    explorer.page.wait_for_function("() => document.querySelector('.controls > .error').innerText")
+    assert told in error.text_content()
+
+
+def test_errors_name_numbers_as_the_page_does(explorer):
+    error = explorer.page.locator(".controls > .error")
+    for model, name, told in [
+        ("coulomb", "alpha", "α = 40.0 is not allowed: α must be a finite number, 0 ≤ α ≤ 30."),
+        ("brake", "mu_1", "contact 1: μk = 40 of the friction law coulomb is not allowed: μk must"),
+    ]:
+        explorer.show(f"preset={model}")
+        explorer.type_into(name, 40)
+        explorer.page.wait_for_function(
+            "() => document.querySelector('.controls > .error').innerText"
+        )
+        assert told in error.text_content()
+
+
+def test_a_start_and_a_window_that_the_domain_leaves_behind_are_left(explorer):
+    """They were refused, one after the other, where a slider had moved what they lie in."""
+    explorer.show("preset=law9")
+    with explorer.asking_only("locus"):
+        explorer.page.evaluate("() => explorer.setParameter('alpha', 3)")
+        explorer.settle("locus")
+    explorer.page.evaluate("() => explorer.askAll()")
+    explorer.page.wait_for_function("() => explorer.standing('motion').kind === 'current'")
+    explorer.settle("map")
+    low, high = explorer.state["map"]["domain"]
+    assert high == pytest.approx(2.301 / 7, rel=1e-12)
+    field = explorer.page.locator(".controls input[name='d']")
+    assert float(field.input_value()) == low + high == 0.0
+    assert "0.3812 lies outside" in explorer.page.locator(".controls").text_content()
+    assert explorer.page.locator(".controls > .error").is_hidden()
+    assert explorer.view("map", "view.plot.view.slice(0, 2)") == [low, high]
+    assert explorer.panel("map").locator(".fit").is_hidden()
+    explorer.page.evaluate("() => explorer.setParameter('alpha', 1.208)")
+    explorer.page.wait_for_function("() => explorer.question('motion').request.d === 0.3812")
+    explorer.settle("map")
+    assert explorer.view("map", "view.plot.view.slice(0, 2)") == [0.379, 0.39]
 
 
 def test_what_is_typed_wrong_is_told_until_it_changes(explorer):

@@ -205,17 +205,16 @@ def test_arrows_of_slip_stand_off_all_springs(explorer):
 def test_what_belongs_to_a_contact_has_its_name(explorer):
     explorer.show("preset=rubbing")
     portrait = explorer.panel("portrait-3")
-    assert portrait.locator("h2").text_content() == "Body 2 on body 1"
+    assert portrait.locator("h2").text_content() == "Contact 3 (body 2 on body 1)"
     for button in portrait.locator("header .icon-button").all():
-        assert button.get_attribute("aria-label").endswith(": Body 2 on body 1")
-    assert "body 2 on body 1; heavy where it sticks" in explorer.plot("portrait-3").get_attribute(
-        "aria-label"
-    )
+        assert button.get_attribute("aria-label").endswith(": Contact 3 (body 2 on body 1)")
+    told = explorer.plot("portrait-3").get_attribute("aria-label")
+    assert "contact 3 (body 2 on body 1); heavy where it sticks" in told
     of_blocks = ".panel-portrait :is([aria-label*='lock ' i], [title*='lock ' i]):visible"
     assert not explorer.page.locator(of_blocks).count()
     explorer.page.keyboard.press("f")
     named = explorer.page.get_by_label("Second large view").locator("option").all_text_contents()
-    assert "Body 2 on body 1" in named
+    assert "Contact 3 (body 2 on body 1)" in named
     assert not any("Block" in name for name in named)
     explorer.page.keyboard.press("Escape")
     explorer.page.wait_for_function("() => !document.body.dataset.large")
@@ -224,7 +223,35 @@ def test_what_belongs_to_a_contact_has_its_name(explorer):
     box = explorer.panel("mechanism").locator(".timeline .plot-over").bounding_box()
     explorer.page.mouse.move(box["x"] + x, box["y"] + y)
     tip = explorer.panel("mechanism").locator(".timeline .tip").text_content()
-    assert tip.startswith("Body 2 on body 1, t = 2")
+    assert tip.startswith("Contact 3 (body 2 on body 1), t = 2")
+
+
+TEXTS = """() => {
+    const { prototype } = CanvasRenderingContext2D;
+    const { fillText } = prototype;
+    const view = explorer.views.find(({ id }) => id === "mechanism");
+    const written = [];
+    prototype.fillText = (text) => written.push(text);
+    view.plot.context = view.plot.over.getContext("2d");
+    view.paint();
+    view.timeline.plot.context = view.timeline.plot.base.getContext("2d");
+    view.timeline.names();
+    prototype.fillText = fillText;
+    return written;
+}"""
+
+
+def test_bodies_and_contacts_are_not_taken_for_each_other(explorer):
+    """Both were numbered from 1, the third contact joined the first body and the second."""
+    explorer.show("preset=rubbing")
+    written = explorer.page.evaluate(TEXTS)
+    assert {"body 1", "body 2", "contact 1", "contact 2", "contact 3"} <= set(written)
+    assert not {"1", "2", "3"} & set(written)
+    explorer.show("preset=brake")
+    explorer.settle("cycle")
+    assert "contact 1: slip" in explorer.panel("cycle").text_content()
+    explorer.show("preset=coulomb")
+    assert {"1", "2"} <= set(explorer.page.evaluate(TEXTS))
 
 
 GLUED = ss.Structure(
@@ -249,7 +276,9 @@ def test_rounding_is_not_drawn_as_motion_and_a_neutral_cycle_is_not_called_unsta
     """Two bodies stick on each other for ever, wherever they did so first."""
     explorer.show(f"model={json.dumps(model_values(GLUED))}")
     explorer.settle("cycle")
-    assert explorer.panel("portrait-2").locator("h2").text_content() == "Body 2 on body 3"
+    assert (
+        explorer.panel("portrait-2").locator("h2").text_content() == "Contact 2 (body 2 on body 3)"
+    )
     left, right, low, high = explorer.view("portrait-2", "view.plot.view")
     assert min(right - left, high - low) > 0.1
     told = explorer.panel("cycle").locator(".sentence").text_content()

@@ -303,7 +303,7 @@ def test_a_formula_shares_its_kernels_with_the_same_function():
         ("sqrt(s)", {}, "'sqrt(s)' cannot be used: it has no Taylor series at s = 0"),
         ("s**p", {"parameters": {"p": 0.5}}, "it has no Taylor series at s = 0"),
         ("exp(s**4)", {}, "a law must be finite for 0 <= s <= 10"),
-        ("2 - s", {}, "F(0) = 2.0 of the friction law 2 - s; allowed: 0 <= F(0) <= 1"),
+        ("2 - s", {}, "F(0) = 2.0 of the friction law '2 - s'; allowed: 0 <= F(0) <= 1"),
         ("law + 0*s", {"parameters": {"law": 0.3}}, "has a parameter law: model files mean"),
     ],
 )

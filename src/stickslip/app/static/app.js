@@ -17,12 +17,15 @@ import {
   shapeOf,
   slidersOf,
   valueOf,
+  windowOf,
   withValue,
 } from "./model.js";
 import { written } from "./numbers.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, same, Store } from "./state.js";
 
+/** Slots whose answers tell which map a model has, or on what domain. */
+const TELLING = new Set(["returns", "locus"]);
 const KEPT = 40; // answers that took long, for undo
 const SOON_MS = 150; // a head start for the map
 const REST_MS = 80; // controls at rest: time for what takes longer
@@ -200,7 +203,7 @@ export class App {
       const zoomed =
         view.id === "diagram"
           ? Boolean(vertical) || !same(range, full)
-          : Boolean(this.state.windows[view.zoomed]);
+          : Boolean(windowOf(this.state, view.zoomed));
       view.panel.reset.hidden = !zoomed;
       view.show();
     }
@@ -223,7 +226,7 @@ export class App {
   askAll() {
     const slots = slotsFor(this.state);
     for (const slot of this.connection.running.keys()) if (!slots.includes(slot)) this.cancel(slot);
-    if (mapOf(this.state).kind === "unknown") this.asked.delete("returns"); // as told, but forgotten
+    if (!this.state.map) TELLING.forEach((slot) => this.asked.delete(slot)); // as told, but forgotten
     if (slots.includes("map")) this.ask("map");
     clearTimeout(this.soonTimer);
     if (this.connection.running.has("map")) {
@@ -270,6 +273,7 @@ export class App {
   #offer(slot, text, answer) {
     if (this.asked.get(slot) !== text || !this.known.offer(slot, answer)) return;
     if (slot === "motion") this.#move();
+    if (TELLING.has(slot)) answer.parts.forEach((part) => this.#mapTold(part));
     this.#tell(slot);
   }
 
@@ -291,7 +295,7 @@ export class App {
   receive(slot, question, part) {
     const answer = this.known.receive(slot, question, part, this.question(slot));
     if (slot === "motion") this.#move();
-    if (slot === "returns" && same(question, this.question(slot))) this.#mapTold(part);
+    if (TELLING.has(slot) && same(question, this.question(slot))) this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
     if (part.data.part_name === "progress") this.judge();
     else this.#tell(slot, part);
@@ -333,10 +337,10 @@ export class App {
 
   /** Which map the model has is part of the state, so that all else follows from the state. @param {Part} part */
   #mapTold({ data }) {
-    if (data?.part_name !== "returns") return;
-    const { kind, why, coordinates, domain } = data;
+    if (!TELLING.has(data?.part_name)) return;
+    const { kind, why, coordinates, domain } = { ...mapOf(this.state), ...data };
     const map = { kind, why, coordinates, domain };
-    if (!same(map, this.state.map)) this.store.replace({ ...this.state, map });
+    if (!same(map, this.state.map)) this.store.learn({ map });
   }
 
   #move() {

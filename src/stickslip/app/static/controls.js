@@ -21,6 +21,7 @@ import {
   lawsOf,
   isStructure,
   parametersOf,
+  startPoint,
   startState,
   sticksAsOne,
   valueOf,
@@ -29,7 +30,7 @@ import {
   withLaw,
   withLaws,
 } from "./model.js";
-import { spelled, written } from "./numbers.js";
+import { spelled, unquoted, written } from "./numbers.js";
 import { clean, completeAlong, completeState, same } from "./state.js";
 
 export class Controls {
@@ -472,11 +473,12 @@ export class Controls {
     const pointed = (/** @type {State} */ state) => {
       stick.querySelector(".symbol").textContent = app.written("d");
       const of = sticksAsOne(state.model) ? "X₂ − X₁ while both stick" : "a point of the return map";
-      stick.querySelector(".word").textContent = stick.title = `start: ${of}`;
+      const left = startPoint(state) === state.d ? "" : `, the middle: ${state.d} lies outside by now`;
+      stick.querySelector(".word").textContent = stick.title = spelled(`start: ${of}${left}`);
     };
     const stick = this.#number(
       start,
-      ({ d }) => d,
+      startPoint,
       (d) => app.startAt(d),
       this.fixed,
     );
@@ -542,9 +544,20 @@ export class Controls {
     this.#mark();
   }
 
+  /** What the server says of numbers, named as the page names them. @param {string} text */
+  #symbolic(text) {
+    const { limits, state } = this.app;
+    const { ofModel, ofLaws } = parametersOf(limits, state.model);
+    const all = [limits.laws.flatMap(({ parameters }) => parameters), ofModel, ofLaws.flat()].flat();
+    const symbols = new Map(all.map(({ name, symbol }) => [name, written(symbol)]));
+    return text.replace(NUMBER, (name, base, index) =>
+      symbols.get(name) ?? (symbols.has(base) ? symbols.get(base) + index : name),
+    );
+  }
+
   #mark() {
     const { field, message: text } = this.typed.message ? this.typed : this.told;
-    const message = spelled(text);
+    const message = spelled(unquoted(text, (part) => this.#symbolic(part)));
     if (this.error.textContent === message) return;
     this.error.hidden = !message;
     this.error.textContent = message;
@@ -559,6 +572,9 @@ export class Controls {
     }
   }
 }
+
+/** The name of a number, and its index, where a text says something of its value. */
+const NUMBER = /(?<![\w.])([A-Za-z][\w.]*?)((?:_\d+)*)(?= (?:=|<=|must be|a value))|(?<=<= )([A-Za-z]\w*)/g;
 
 /** Whether it is blocks that may have one law or several. @param {Model} model */
 const hasBlocks = (model) => blockCount(model) > 1 && !isStructure(model);

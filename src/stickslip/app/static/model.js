@@ -30,18 +30,38 @@ export function startState(model, { x, v }) {
   return { x: filled(x), v: model.A ? [] : filled(v) };
 }
 
-const STICKS = { why: "", domain: null }; // global stick of blocks, as known without asking
-
 /**
- * Which map a model has: of the distances between blocks at global stick, which is known at once,
- * else what the server said of a return map.
+ * Which map a model has: of the distances between blocks at global stick, which is known at once but
+ * for its domain, else what the server said of a return map.
  * @param {{model: Model, map?: MapTold | null}} state @returns {MapTold}
  */
 export function mapOf({ model, map }) {
   const count = blockCount(model);
   if (!sticksAsOne(model))
     return map ?? { kind: "unknown", why: "", coordinates: [], domain: null };
-  return { ...STICKS, kind: count === 2 ? "line" : "space", coordinates: Array(count - 1).fill("d") };
+  const kind = count === 2 ? "line" : "space";
+  return { kind, why: "", coordinates: Array(count - 1).fill("d"), domain: map?.domain ?? null };
+}
+
+/**
+ * The point of a map of the line that the motion starts from: the middle of the domain, where that has
+ * left behind the one that was set.
+ * @param {{model: Model, d: number, map?: MapTold | null}} state
+ */
+export function startPoint(state) {
+  const [low, high] = mapOf(state).domain ?? [-Infinity, Infinity];
+  return state.d >= low && state.d <= high ? state.d : (low + high) / 2;
+}
+
+/**
+ * What is shown of a map of the line, if that is not all: nothing of a window which the domain has left
+ * behind.
+ * @param {import("./types.js").State} state @param {string} panel
+ */
+export function windowOf(state, panel) {
+  const box = state.windows[panel] ?? null;
+  const [low, high] = mapOf(state).domain ?? [-Infinity, Infinity];
+  return box && box[0] < high && box[1] > low ? box : null;
 }
 
 /** Whether the event map is from one global stick to the next. @param {Model} model */
@@ -109,10 +129,9 @@ const lawEntry = (limits, law) =>
  * @param {{model: Model, section: any}} state
  */
 export const shapeOf = ({ model, section }) =>
-  JSON.stringify([
-    ...[model.kind, blockCount(model), lawsOf(model).map(({ law }) => law)],
-    ...[Boolean(model.forcing), section],
-  ]);
+  JSON.stringify([model, section], (key, value) =>
+    typeof value === "number" && key !== "at" ? 0 : value,
+  );
 
 /** What a formula of one's own begins as. */
 export const FORMULA = { law: "mu + (1 - mu) * exp(-s / v)", mu: 0.3, v: 0.1 };

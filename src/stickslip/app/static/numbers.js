@@ -72,11 +72,26 @@ export function short(value, digits = 5) {
   return minus(String(plain));
 }
 
-/** A text in which X_2 is X₂, A_3,1 A₃,₁ and -0.1 −0.1. @param {string} text */
-export const spelled = (text) =>
-  text.replace(/(?<![\w.)\]])-(?=\.?\d)/g, "−").replace(/_(\d+(?:,\d+)*)/g, (_, index) =>
-    index.replace(/\d/g, (/** @type {string} */ digit) => "₀₁₂₃₄₅₆₇₈₉"[Number(digit)]),
-  );
+/** A formula or a name as somebody typed it, in quotation marks. */
+const QUOTED = /((?<!\w)'.*?'(?!\w)|"[^"]*")/;
+
+/** A text changed, but for what is quoted in it. @param {string} text @param {(part: string) => string} change */
+export const unquoted = (text, change) =>
+  text
+    .split(QUOTED)
+    .map((part, k) => (k % 2 ? part : change(part)))
+    .join("");
+
+/** A text in which X_2 is X₂, A_3,1 A₃,₁, -0.1 −0.1 and <= ≤. @param {string} text */
+export const spelled = (text) => unquoted(text, typeset);
+
+const typeset = (/** @type {string} */ text) =>
+  text
+    .replace(/->|<=|>=/g, (sign) => ({ "->": "→", "<=": "≤", ">=": "≥" })[sign] ?? sign)
+    .replace(/(?<![\w.)\]])-(?=\.?\d|\()/g, "−")
+    .replace(/_(\d+(?:,\d+)*)/g, (_, index) =>
+      index.replace(/\d/g, (/** @type {string} */ digit) => "₀₁₂₃₄₅₆₇₈₉"[Number(digit)]),
+    );
 
 /** A symbol as it stands in texts. @param {string} symbol */
 export const written = (symbol) => spelled(symbol.replace("V_dr", "V")).replace("_", "");

@@ -3,7 +3,16 @@
  *
  * @import {State, Question, Limits} from "./types.js"
  */
-import { hasLineMap, hasSpaceMap, lawsOf, mapOf, startState, sticksAsOne, withValue } from "./model.js";
+import {
+  hasLineMap,
+  hasSpaceMap,
+  lawsOf,
+  startPoint,
+  startState,
+  sticksAsOne,
+  windowOf,
+  withValue,
+} from "./model.js";
 
 const COBWEB_STEPS = 160;
 const MOTION_SAMPLES = 6000;
@@ -29,7 +38,7 @@ export const QUESTIONS = {
     view: "event_map",
     request: {
       ...ofMap(state),
-      window: horizontal(state.windows.map),
+      window: horizontal(windowOf(state, "map")),
       points: resolution(widths.map, most(limits, "event_map", "points")),
       power: 1,
       max_period: state.max_period,
@@ -39,7 +48,7 @@ export const QUESTIONS = {
     view: "event_map",
     request: {
       ...ofMap(state),
-      window: horizontal(state.windows.power),
+      window: horizontal(windowOf(state, "power")),
       points: resolution(widths.power, most(limits, "event_map", "points")),
       power: state.power,
       max_period: 0,
@@ -55,7 +64,10 @@ export const QUESTIONS = {
     request: { ...ofMap(state), ...startOf(state), t_end: state.t_end, samples: MOTION_SAMPLES },
   }),
   locus: ({ model }) => ({ view: "locus", request: { model } }),
-  law: ({ model }) => ({ view: "law", request: { model, range: lawRange(model) } }),
+  law: ({ model }, _, limits) => ({
+    view: "law",
+    request: { model, range: Math.min(most(limits, "law", "range"), lawRange(model)) },
+  }),
   diagram: ({ model, diagram, section }, widths, limits) => ({
     view: "diagram",
     request: {
@@ -79,15 +91,12 @@ export const QUESTIONS = {
 const ofMap = ({ model, section }) => (section ? { model, section } : { model });
 
 /**
- * Where there is a map of the line the motion starts from a point of it, in its domain; else from
- * displacements and velocities.
+ * Where there is a map of the line the motion starts from a point of it; else from displacements and
+ * velocities.
  * @param {State} state
  */
-function startOf(state) {
-  if (!hasLineMap(state)) return startState(state.model, state);
-  const [low, high] = mapOf(state).domain ?? [-Infinity, Infinity];
-  return { d: state.d >= low && state.d <= high ? state.d : (low + high) / 2 };
-}
+const startOf = (state) =>
+  hasLineMap(state) ? { d: startPoint(state) } : startState(state.model, state);
 
 /**
  * Slip speeds that show the law's shape: some times the belts', and the speeds in the laws.

@@ -72,6 +72,11 @@ export class Store {
     this.#become(state);
   }
 
+  /** Complete the present state by what follows from it, which is no step to undo. @param {Partial<State>} told */
+  learn(told) {
+    this.#become({ ...this.state, ...told });
+  }
+
   /** Take a state from elsewhere without remembering the present one. @param {State} state */
   replace(state) {
     this.lastTag = "";

@@ -12,6 +12,7 @@ from msgspec import to_builtins
 from stickslip.analysis.maps.arguments import checked_range
 from stickslip.analysis.maps.derived import LineMap
 from stickslip.app.requests import BadRequestError, Part, fastest, is_ours, model_of, refuse_busy
+from stickslip.app.words import of_page
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.return_map import SectionMap, return_map
 from stickslip.mechanics.cycle.search import find_cycle
@@ -120,9 +121,7 @@ def told_map(request: OfMap) -> dict[str, Any]:
     except BadRequestError as error:
         if error.field.startswith("model."):
             raise
-        subject, has, rest = str(error).partition(" has ")
-        why = f"This model{has}{rest}" if subject.startswith("model = ") else str(error)
-        return {"kind": "none", "why": why, "coordinates": [], "domain": None}
+        return {"kind": "none", "why": str(error), "coordinates": [], "domain": None}
     of_contact = isinstance(f, SectionMap)
     names = list(f.coordinates) if of_contact else ["d"] * f.dimension
     told = {"kind": "space", "why": "", "coordinates": names, "domain": None}
@@ -130,9 +129,12 @@ def told_map(request: OfMap) -> dict[str, Any]:
         try:
             return told | {"kind": "line", "domain": f.domain}
         except ValueError as error:
-            return told | {"kind": "none", "why": str(error)}
+            return told | {"kind": "none", "why": of_page(str(error))}
     if of_contact and f.domain is None:
-        why = f"The map has {f.dimension} numbers: give a range for each to see its basins."
+        why = (
+            f"The map has {f.dimension} numbers: its basins are shown with a range for each, in the "
+            'address section={"domain": [[low, high], ...]}.'
+        )
         return told | {"kind": "none", "why": why}
     return told
 
@@ -195,7 +197,7 @@ def motion(request: requests.Motion) -> Iterator[Part]:
         "events": events(found.events),
         **assembly(model),
         "status": int(found.status),
-        "message": found.message,
+        "message": of_page(found.message),
         "t_end": found.t[-1],
     }
     yield Part("motion", arrays, data)

@@ -181,8 +181,9 @@ class UserLaw(FrictionLaw):
 
     @property
     def title(self) -> str:
-        """Name of the function."""
-        return getattr(self.function, "__name__", type(self.function).__name__)
+        """Name of the function; a formula in quotation marks."""
+        name = getattr(self.function, "__name__", type(self.function).__name__)
+        return shown(name) if isinstance(self.function, FormulaText) else name
 
     @property
     def formula(self) -> Formula:
@@ -287,7 +288,7 @@ class UserLaw(FrictionLaw):
         not_traced: str,
     ) -> None:
         if self.text is not None:
-            raise ValueError(f"the friction law {shown(self.title)} cannot be used: {not_traced}")
+            raise ValueError(f"the friction law {self.title} cannot be used: {not_traced}")
         for user in dict.fromkeys((functions.backward, functions.forward, functions.slope)):
             if user is None:
                 continue

@@ -6,7 +6,7 @@
  * @import {Plot} from "../plot.js"
  */
 import { mark, named } from "../marks.js";
-import { coordinateOf, sticksAsOne } from "../model.js";
+import { coordinateOf, startPoint, sticksAsOne, windowOf } from "../model.js";
 import { listed, short } from "../numbers.js";
 import { SANS, colors, nth } from "../theme.js";
 import { View } from "./view.js";
@@ -25,11 +25,11 @@ export class BasinsView extends View {
     const plot = this.addPlot({ name: "Basins", xlabel: "d", ylabel: "", bare: true, left: 58, above });
     this.plot = plot;
     plot.paint = () => this.paint();
-    plot.paintOver = () => plot.vertical(app.state.d, { color: colors().ink, width: 1.5 });
+    plot.paintOver = () => plot.vertical(startPoint(app.state), { color: colors().ink, width: 1.5 });
     plot.onclick = (x) => app.startAt(x);
     plot.onhover = (x) => this.read(x);
     plot.onzoom = (box) => {
-      const kept = app.state.windows.map;
+      const kept = windowOf(app.state, "map");
       app.zoom("map", [box[0], box[1], kept?.[2] ?? box[0], kept?.[3] ?? box[1]]);
     };
     plot.onreset = () => this.resetZoom();
@@ -56,10 +56,10 @@ export class BasinsView extends View {
   update() {
     const { edges } = this.part?.arrays ?? {};
     const whole = edges ? [edges[0], edges[edges.length - 1]] : [-1, 1];
-    const [low, high] = this.app.state.windows.map ?? this.app.domain() ?? whole;
+    const [low, high] = windowOf(this.app.state, "map") ?? this.app.domain() ?? whole;
     this.plot.options.xlabel = coordinateOf(this.app.state);
     this.help(`Which attractor a motion from each ${this.app.written("d")} ends on. Click to start one.`);
-    this.plot.setView([low, high, 0, 1], this.app.state.d);
+    this.plot.setView([low, high, 0, 1], startPoint(this.app.state));
   }
 
   /** @override */
@@ -77,7 +77,7 @@ export class BasinsView extends View {
       .filter(({ share }) => share > 5e-4)
       .map(({ share, what }) => `${percent(share)} ${what}`);
     const d = this.app.written("d");
-    const { map } = this.app.state.windows;
+    const map = windowOf(this.app.state, "map");
     return `Of ${map ? `the starts ${d} shown` : `all starts ${d}`} ${listed(told)}.${map ? "" : this.sampled(rest)}`;
   }
 

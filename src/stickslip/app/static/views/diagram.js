@@ -8,7 +8,7 @@
 import { BIFURCATIONS, Labels, mark } from "../marks.js";
 import { noStrands, strands } from "../strands.js";
 import { AWAY, bifurcationThings, told, under } from "../objects.js";
-import { indexed } from "../model.js";
+import { indexed, startPoint } from "../model.js";
 import { short, span, spelled } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
@@ -51,11 +51,12 @@ export class DiagramView extends View {
   }
 
   update() {
-    const { parameter, state: { diagram, d } } = this.app;
+    const { parameter, state } = this.app;
+    const { diagram } = state;
     this.plot.options.xlabel = indexed(this.app.symbol(diagram.parameter));
     this.plot.options.ylabel = this.app.symbol("d");
     const vertical = diagram.view ?? diagram.window ?? this.extent();
-    this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]), parameter, d);
+    this.plot.setView(/** @type {Box} */ ([...diagram.range, ...vertical]), parameter, startPoint(state));
   }
 
   /** @override */
@@ -194,7 +195,7 @@ export class DiagramView extends View {
     const { plot, app } = this;
     plot.vertical(app.parameter, { color: colors().slip, width: 1.5 });
     mark(plot, "up", app.parameter, plot.dataY(plot.bottom - 6), { color: colors().slip, size: 6 });
-    mark(plot, "ring", app.parameter, app.state.d, { color: colors().slip, size: 4 });
+    mark(plot, "ring", app.parameter, startPoint(app.state), { color: colors().slip, size: 4 });
   }
 
   /** What is marked there. @param {number} x @param {number} y */

@@ -5,7 +5,7 @@
  * @import {Orbit, Part, State, Box} from "../types.js"
  */
 import { Labels, mark, orbitShape } from "../marks.js";
-import { coordinateOf, sticksAsOne } from "../model.js";
+import { coordinateOf, startPoint, sticksAsOne, windowOf } from "../model.js";
 import { modeBar } from "../modes.js";
 import { AWAY, breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
 import { colorOf, colors } from "../theme.js";
@@ -43,7 +43,7 @@ export class MapView extends View {
     plot.onclick = (x, y) => (this.thing(x, y)?.go ?? (() => app.startAt(x)))(0);
     this.zoomable(plot);
     plot.grab = (px) =>
-      main && Math.abs(px - plot.x(app.state.d)) < 5 ? (x) => app.startAt(x) : null;
+      main && Math.abs(px - plot.x(startPoint(app.state))) < 5 ? (x) => app.startAt(x) : null;
   }
 
   /** Of the map its power shows the orbits alone. @override @param {string} slot @param {Part} [part] */
@@ -80,7 +80,7 @@ export class MapView extends View {
     }
     const values = this.values;
     const home = values ? [...values.data.domain, ...values.data.domain] : [-1, 1, -1, 1];
-    this.plot.setView(/** @type {Box} */ (state.windows[this.slot] ?? home), state.d);
+    this.plot.setView(/** @type {Box} */ (windowOf(state, this.slot) ?? home), startPoint(state));
   }
 
   sentence() {
@@ -92,7 +92,9 @@ export class MapView extends View {
       return ofBlocks
         ? "No value: from no d shown do both blocks stick together again."
         : "No value: from no point shown does the motion return.";
-    const { power, d, windows } = this.app.state;
+    const { state } = this.app;
+    const { power } = state;
+    const d = startPoint(state);
     const shown = this.plot.view; // what is drawn by now may be of the view before
     const all = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const proper = all.filter((orbit) =>
@@ -108,7 +110,7 @@ export class MapView extends View {
     const counted = proper.length ? `${settles}, ${open || "none"} repel${open === 1 ? "s" : ""}` : "";
     const beyond = all.length - proper.length;
     const elsewhere = beyond ? `${counted ? "; " : "no orbit, "}${beyond} outside` : "";
-    const here = windows[this.slot] && all.length ? "in this window " : "";
+    const here = windowOf(state, this.slot) && all.length ? "in this window " : "";
     const none = this.orbits.old ? "." : ": no orbit is known.";
     const known = counted || elsewhere ? `: ${here}${counted}${elsewhere}.` : none;
     const more = this.orbits.complete ? "" : " Others may lie between the samples.";
@@ -207,11 +209,12 @@ export class MapView extends View {
     const { plot, app } = this;
     if (!this.values) return;
     const of = colors();
-    plot.segment(app.state.d, plot.shown[2], app.state.d, plot.dataY(plot.bottom - 12), {
+    const d = startPoint(app.state);
+    plot.segment(d, plot.shown[2], d, plot.dataY(plot.bottom - 12), {
       color: of.ink,
       width: 1.5,
     });
-    mark(plot, "up", app.state.d, plot.dataY(plot.bottom - 6), { size: 6 });
+    mark(plot, "up", d, plot.dataY(plot.bottom - 6), { size: 6 });
     const phase = this.main ? app.clock.phase() : null;
     if (!phase) return;
     if (phase.next !== null)

@@ -379,7 +379,10 @@ export class MechanismView extends View {
     if (way) arrow(c, from, floor - 0.2 * side, from + way * length, of.slip);
   }
 
-  /** A body's number, as large as it has room for, if any. @param {number} body @param {number} x @param {number} y @param {number} wide @param {string} ink */
+  /**
+   * A body's number, as large as it has room for, if any; where contacts have other numbers, what has it.
+   * @param {number} body @param {number} x @param {number} y @param {number} wide @param {string} ink
+   */
   #number(body, x, y, wide, ink) {
     const c = this.plot.context;
     const size = Math.min(13, Math.round(0.6 * wide));
@@ -388,7 +391,8 @@ export class MechanismView extends View {
     if (size < 7) return;
     c.font = `600 ${size}px ${SANS}`;
     c.fillStyle = ink;
-    c.fillText(String(body + 1), x, y);
+    const named = `${this.scene?.kind ?? ""}${body + 1}`;
+    c.fillText(c.measureText(named).width < wide - 4 ? named : String(body + 1), x, y);
   }
 }
 
@@ -399,6 +403,7 @@ export class MechanismView extends View {
  * @property {any[]} contacts
  * @property {number[][]} springs
  * @property {number[]} under  number of the contact between each body and the ground, or -1
+ * @property {string} kind  what is counted, before its number: nothing of blocks
  * @property {boolean} whole  one belt runs under all
  * @property {boolean} scaled  springs are drawn beside the stiffest
  * @property {number[]} middle  of what each passes over
@@ -430,6 +435,7 @@ function sceneOf(model, data, arrays) {
   const alike = contacts.every((one) => one.V === V && one.bodies.length === 1 && !one.elastic);
   return {
     ...{ count, contacts, springs: data.springs, under, place, scaled, middle },
+    kind: scaled ? (alone ? "contact " : "body ") : "",
     whole: alike && V !== 0 && under.every((c) => c >= 0),
     reach: scaled ? far || 1 : Math.max(far, 0.1),
     lifted: (b) => under[b] < 0 || contacts[under[b]].elastic,

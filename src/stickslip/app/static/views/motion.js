@@ -31,15 +31,14 @@ function around(xs, ys, others = [[], []]) {
 }
 
 /**
- * What a contact is called: after its block, or the bodies that it joins.
+ * What a contact is called: after its block, or by its number and the bodies that it joins.
  * @param {Model} model @param {{bodies: number[], elastic: boolean}} contact @param {number} k
  */
 export function contactName(model, { bodies, elastic }, k) {
   if (!isStructure(model)) return `Block ${k + 1}`;
   const [one, other] = bodies.map((body) => body + 1);
-  if (other) return `Body ${one} on body ${other}`;
-  if (one && elastic) return `Foot of body ${one}`;
-  return one ? `Body ${one}` : `Contact ${k + 1}`;
+  const joins = other ? `body ${one} on body ${other}` : one && `${elastic ? "foot of " : ""}body ${one}`;
+  return `Contact ${k + 1}${joins ? ` (${joins})` : ""}`;
 }
 
 /**
@@ -245,7 +244,9 @@ export class PlaneView extends View {
   }
 }
 
-const NUMBER = 11; // height of a lane's number, pixels
+const NAME = 11; // height of a lane's name, pixels
+const NUMBERED = 22; // left of lanes with a block's number
+const NAMED = 64; // ... with the name of a contact
 
 /** A lane for each block: a bar while it rides, a line while it slips; click to go to that time. */
 export class Timeline {
@@ -257,11 +258,11 @@ export class Timeline {
       xlabel: "t",
       ylabel: "",
       bare: true,
-      left: 22,
+      left: NUMBERED,
     });
     this.plot = plot;
     plot.paint = () => this.paint();
-    plot.paintMargin = () => this.numbers();
+    plot.paintMargin = () => this.names();
     plot.paintOver = () => plot.vertical(app.clock.t, { width: 1.5 });
     plot.onclick = (x) => app.clock.seek(x);
     plot.grab = () => (x) => app.clock.seek(x);
@@ -270,6 +271,8 @@ export class Timeline {
   }
 
   update() {
+    const { model } = this.app.clock;
+    this.plot.options.left = model && isStructure(model) ? NAMED : NUMBERED;
     this.plot.setView([0, this.app.clock.end || 1, 0, 1]);
   }
 
@@ -315,19 +318,20 @@ export class Timeline {
     return `${who}t = ${short(t, 4)}`;
   }
 
-  /** The blocks' numbers, left of their lanes, as many as there is room for. */
-  numbers() {
-    const { arrays } = this.app.clock;
+  /** Whose lanes they are, as many as there is room for: contacts are not numbered as bodies are. */
+  names() {
+    const { arrays, model } = this.app.clock;
     if (!arrays) return;
     const { context, left, top, bottom } = this.plot;
     const count = arrays.mode.length / arrays.t.length;
-    context.font = `600 ${NUMBER}px ${SANS}`;
+    context.font = `600 ${NAME}px ${SANS}`;
     context.fillStyle = colors().ink;
     context.textAlign = "right";
     context.textBaseline = "middle";
     const lane = (bottom - top) / count;
-    for (let block = 0; block < count; block += Math.ceil(NUMBER / lane)) {
-      context.fillText(String(block + 1), left - 6, top + lane * (block + 0.5));
+    for (let block = 0; block < count; block += Math.ceil(NAME / lane)) {
+      const who = isStructure(model) ? `contact ${block + 1}` : String(block + 1);
+      context.fillText(who, left - 6, top + lane * (block + 0.5));
     }
   }
 }
