@@ -132,8 +132,8 @@ def told_map(request: OfMap) -> dict[str, Any]:
             return told | {"kind": "none", "why": of_page(str(error))}
     if of_contact and f.domain is None:
         why = (
-            f"The map has {f.dimension} numbers: its basins are shown with a range for each, in the "
-            'address section={"domain": [[low, high], ...]}.'
+            f"The map has {f.dimension} numbers: its basins are shown with a range for each, in "
+            'the address section={"domain": [[low, high], ...]}.'
         )
         return told | {"kind": "none", "why": why}
     return told
