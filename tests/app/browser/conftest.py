@@ -108,10 +108,15 @@ class Explorer:
         return self.settle()
 
     def show(self, fragment="preset=coulomb", *slots):
-        """Go to a state without loading the page, from a view that is all of its own."""
+        """Go to a state without loading the page, from a view that is all of its own.
+
+        Nothing has the focus, as in a page that was loaded: a field that a test before wrote in
+        took the keys of the next, whichever came after it.
+        """
         self.page.evaluate(
             """fragment => {
                 document.querySelectorAll("dialog[open]").forEach((dialog) => dialog.close());
+                document.activeElement.blur();
                 history.replaceState(null, "", "#" + fragment);
                 dispatchEvent(new HashChangeEvent("hashchange"));
             }""",
