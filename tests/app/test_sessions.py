@@ -13,6 +13,7 @@ from tests.app.talk import CHAIN, COULOMB, opened, unpack
 
 import stickslip as ss
 from stickslip.app import explorer, requests
+from stickslip.app.compiler import Compiler
 from stickslip.app.jobs import CREDIT, CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.pictures import DRAW
 from stickslip.app.requests import Part
@@ -21,6 +22,7 @@ from stickslip.app.session import BURST, PAUSE, SHARE, SLOTS, Limits, Workers
 from stickslip.app.views import VIEWS
 from stickslip.app.views.model import naming
 from stickslip.mechanics.model.file import model_values
+from stickslip.numerics.waiting import WATCH
 
 
 @pytest.fixture
@@ -503,6 +505,28 @@ def test_a_job_out_of_time_gives_its_slot_back():
     with pytest.raises(TimeIsUpError):
         spin(Job(gate, "a", 0.01), 5.0)
     spin(Job(gate, "a", 10.0), 0.0)
+
+
+def test_time_in_which_a_kernel_was_compiled_is_none_of_a_job(monkeypatch):
+    job = Job(Gate(1), "a", 0.05)
+    with job.running():
+        time.sleep(0.1)
+        monkeypatch.setattr(WATCH, "compiled", WATCH.compiled + 1)
+        job.check()
+        time.sleep(0.1)
+        with pytest.raises(TimeIsUpError):
+            job.check()
+
+
+def test_who_waits_for_the_compiler_is_told(client, page, monkeypatch):
+    def prepare(_, asked, report=None, check=lambda: None):
+        for _ in range(12):
+            time.sleep(0.1)
+            check()
+
+    monkeypatch.setattr(Compiler, "prepare", prepare)
+    parts = page.answer(page.ask("locus", model=COULOMB))
+    assert [part.data["compiling"] for part in parts if "compiling" in part.data] == [1]
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from stickslip.numerics.threads import IN_PIECES
+from stickslip.numerics.waiting import WATCH
 
 SLICE: Final = 0.02  # seconds of work after which others get their turn
 OVERDUE: Final = 0.1  # seconds of work after which a slot that others wait for is taken back
@@ -212,7 +213,8 @@ class Job:
     ) -> None:
         self.report = report
         self._gate = gate
-        self._left = seconds
+        self._seconds = self._left = seconds
+        self._compiled = WATCH.compiled
         self._called_off = False
         self._ticket = _Ticket(client, user, patient)
         self._turning = threading.Lock()
@@ -234,7 +236,10 @@ class Job:
             self.check_wanted()
             spent = time.monotonic() - self._ticket.since
             if spent > self._left:
-                raise TimeIsUpError
+                if self._compiled == WATCH.compiled:
+                    raise TimeIsUpError
+                # A kernel was compiled meanwhile, under load for long, and never is again.
+                self._compiled, self._left = WATCH.compiled, spent + self._seconds
             turn_is_over = spent > SLICE and (self._gate.is_crowded or self._ticket.overdue)
             if turn_is_over or self._gate.must_wait(self._ticket):
                 self._rest()

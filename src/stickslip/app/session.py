@@ -233,10 +233,24 @@ class Session:
         part = {"last": False, "progress": share, "data": {"part_name": "progress"}}
         self.send(call.header | part)
 
+    def _patience(self, job: Job, call: _Call) -> Callable[[], None]:
+        """Check whether an answer is wanted while kernels are compiled, and tell how long it is."""
+        begun = told = time.monotonic()
+
+        def check() -> None:
+            nonlocal told
+            job.check_wanted()
+            if (now := time.monotonic()) - told > 1.0:
+                told = now
+                data = {"part_name": "progress", "compiling": round(now - begun)}
+                self.send(call.header | {"last": False, "progress": 0.0, "data": data})
+
+        return check
+
     def _answer(self, job: Job, call: _Call) -> None:
         """Compute an answer and send its parts, then why it ends."""
         try:
-            self._workers.compiler.prepare([call.request], check=job.check_wanted)
+            self._workers.compiler.prepare([call.request], check=self._patience(job, call))
             with job.running():
                 for number, part in enumerate(VIEWS[type(call.request)](call.request)):
                     job.check()

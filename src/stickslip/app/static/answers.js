@@ -27,6 +27,7 @@ const ENOUGH = {
  * @property {{message: string, field?: string | null}} [error]
  * @property {boolean} [cancelled]
  * @property {boolean} [shipped]
+ * @property {number} [compiling]  for how many seconds the server compiles kernels for it
  * @property {boolean} done
  * @property {number} progress
  *
@@ -63,6 +64,7 @@ export class Answers {
       this.newest.set(slot, answer);
     }
     answer.error = part.error;
+    answer.compiling = part.data.compiling;
     answer.cancelled = part.cancelled;
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     // Parts of an answer are worked on side by side: the later may be told of first.
@@ -119,6 +121,8 @@ export class Answers {
       );
     if (fits && shown.done) return as("current");
     const why = reason({ running, open, alone, stopped: Boolean(asked?.cancelled) });
+    if (!why && running && asked?.compiling)
+      return as(shown ? "stale" : "empty", `compiling kernels, the first time only: ${asked.compiling} s`);
     if (!shown) return as(why ? "stale" : "empty", why);
     if (fits && !why) return as("computing", `${Math.round(100 * (progress ?? 0))} %`);
     return as("stale", why || "computing");

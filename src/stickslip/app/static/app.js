@@ -297,7 +297,7 @@ export class App {
     if (slot === "motion") this.#move();
     if (TELLING.has(slot) && same(question, this.question(slot))) this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
-    if (part.data.part_name === "progress") this.judge();
+    if (part.data.part_name === "progress" && !part.data.compiling) this.judge();
     else this.#tell(slot, part);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
   }

@@ -75,7 +75,7 @@ export class View {
   /** @param {string} slot */
   emptyText(slot) {
     const { kind, reason } = this.app.standing(slot);
-    return kind === "empty" || kind === "computing" ? "Computing …" : reason;
+    return kind === "computing" || !reason ? "Computing …" : reason;
   }
 
   /** The state or an answer is new. */
