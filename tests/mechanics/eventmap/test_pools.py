@@ -251,11 +251,22 @@ def test_motions_of_many_events_are_not_handed_over(monkeypatch):
         error = float(abs(oracle.motion(float(d[ok][k])).value - float(told.value[k])))
         assert error <= 2e-15 * max(1.0, abs(told.derivative[k]))
 
-    def refuse(*_, **__):
-        raise AssertionError("handed over")
-
     monkeypatch.setattr(ScalarBackend, "carry_along", refuse)
     f.evaluate(d[ok][long])
+
+
+def refuse(*_, **__):
+    raise AssertionError("handed over")
+
+
+def test_motions_that_return_after_hundreds_of_events_are_not_handed_over(monkeypatch):
+    f = ss.event_map(ss.TwoBlock(2.297, 0.775, 0.269, ss.PoppStelter(3.5, 0.076)), threads=1)
+    d = np.linspace(-0.31, -0.2, 60)
+    long = d[f.evaluate(d).n_events > 256]
+    assert long.size > 5
+    assert assert_agreement(f, long).all()
+    monkeypatch.setattr(ScalarBackend, "carry_along", refuse)
+    f.evaluate(long)
 
 
 def test_a_motion_does_not_know_its_company():

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
-from stickslip.mechanics.eventmap.records import LONG, Clock, Controls, Outputs, Pools, Tags
+from stickslip.mechanics.eventmap.records import LONG, Clock, Controls, Mark, Outputs, Pools, Tags
 from stickslip.mechanics.flow.dense import (
     OFF,
     SLACK,
@@ -56,6 +56,10 @@ if TYPE_CHECKING:
 # of the start at first, and may grow more on the way than the start does.
 MANY = 40
 FINER = 1e-2  # of `rtol`
+# From LONG events on the scalar engine takes over a motion that comes back nearer from turn to
+# turn, for it tells that such ones never return; and any motion of as many events as these.
+LASTS = 1024
+TURNS = 3e-3  # of the contact's limit: a motion that comes back as near has made a turn
 # Pools by which block rides: one of them, or none. Its row of numbers is in the order of blocks.
 BOTH_SLIP = 2
 # A force nearer its limit, in units of EPSILON times the terms that make it up, is a tie.
@@ -163,7 +167,7 @@ def begin(
         return 0
     code = mode_code(motion)
     tags = Tags(row, 0, code, 1 if motion.mode[0] != 0 else 2, hashed(np.uint64(1), code))
-    enter(pools, tags, Clock(0.0, 0.0, math.inf, allowed))
+    enter(pools, tags, Clock(0.0, 0.0, math.inf, allowed), Mark(0.0, 0.0, -1.0, math.inf))
     return 1
 
 
@@ -201,7 +205,7 @@ def onset(pair: Floats, motion: Motion, d: float) -> bool:
 
 
 @kernel(inline=True)
-def enter(pools: Pools, tags: Tags, clock: Clock) -> None:
+def enter(pools: Pools, tags: Tags, clock: Clock, mark: Mark) -> None:
     """Put ``pools.motion`` into the pool of its modes."""
     motion = pools.motion
     pool = BOTH_SLIP
@@ -229,6 +233,10 @@ def enter(pools: Pools, tags: Tags, clock: Clock) -> None:
     x[at.DURATION + lane] = clock.duration
     x[at.MARGIN + lane] = clock.margin
     x[at.LAST_TERM + lane] = clock.last_term
+    x[at.MARKED_W + lane] = mark.w
+    x[at.MARKED_E + lane] = mark.e
+    x[at.MARKED_MODES + lane] = mark.modes
+    x[at.TURN + lane] = mark.turn
     pools.tags[pool, lane, 0] = tags.row
     pools.tags[pool, lane, 1] = tags.n_events
     pools.tags[pool, lane, 2] = tags.code
@@ -286,6 +294,12 @@ def meet(
         margin = min(margin, phase)
     label = pools.labels[pool, lane]
     clock = Clock(x[at.STEPS + lane], duration, margin, x[at.LAST_TERM + lane])
+    mark = Mark(
+        x[at.MARKED_W + lane],
+        x[at.MARKED_E + lane],
+        x[at.MARKED_MODES + lane],
+        x[at.TURN + lane],
+    )
     leave(pools, pool, lane)
     new_code = mode_code(motion)
     if new_code != code:
@@ -296,13 +310,30 @@ def meet(
         filled[row] += 1
         orbits[row, filled[row]] = outputs.value[row]
         return row
-    if n_events >= min(LONG, controls.max_events):
+    recurs = False
+    if n_events >= LONG:
+        mark, recurs = turned(pools.numbers[BOTH_SLIP], motion, 2 - here, new_code, n_events, mark)
+    if recurs or n_events >= min(LASTS, controls.max_events):
         outputs.status[row] = at.HANDED_OVER
     elif n_events == MANY and clock.last_term == last_term(controls.rtol):
         begin(pools, orbits, filled, outputs, row, last_term(FINER * controls.rtol))
     else:
-        enter(pools, Tags(row, n_events, new_code, here, label), clock)
+        enter(pools, Tags(row, n_events, new_code, here, label), clock, mark)
     return -1
+
+
+@kernel(inline=True)
+def turned(
+    pair: Floats, motion: Motion, other: int, code: int, n_events: int, mark: Mark
+) -> tuple[Mark, bool]:
+    """Compare a state with the marked one; return the next mark, and whether turns contract."""
+    w, e, modes = motion.w[other], motion.e[other], 2.0 * code + other
+    if n_events & (n_events - 1) == 0:  # by Brent: the longer a motion, the longer its turns
+        return Mark(w, e, modes, math.inf), False
+    turn = (abs(w - mark.w) + abs(e - mark.e)) / pair[at.LIMIT + other]
+    if modes != mark.modes or turn > TURNS:
+        return mark, False
+    return Mark(w, e, modes, turn), turn <= mark.turn < math.inf
 
 
 @kernel

@@ -95,6 +95,15 @@ class Clock(NamedTuple):
     last_term: float  # log2 of what the last terms of a step may be
 
 
+class Mark(NamedTuple):
+    """A state to which a motion may come back: of the block without an event, and the modes."""
+
+    w: float
+    e: float
+    modes: float
+    turn: float  # how far from the mark before it
+
+
 class SectionChanges(NamedTuple):
     """Derivatives of a section and its points, an entry for each direction."""
 

@@ -19,8 +19,8 @@ ALIGNMENT = 64
 ORDER = 18
 # No step is longer, as in the scalar engine.
 LONGEST_STEP = 1.0
-# Steps of one motion in a pool.
-MOST_STEPS = 4000.0
+# Steps of one motion in a pool: a dozen for each event that it may have.
+MOST_STEPS = 16000.0
 
 (
     SPEED_1,
@@ -38,8 +38,12 @@ MOST_STEPS = 4000.0
     DURATION,
     MARGIN,
     LAST_TERM,  # log2 of what the last terms of a step may be
+    MARKED_W,  # a state to come back to (`records.Mark`)
+    MARKED_E,
+    MARKED_MODES,
+    TURN,
     KEPT,  # size of the array
-) = range(0, 16 * PLACES, PLACES)
+) = range(0, 20 * PLACES, PLACES)
 
 # The step that was taken last. SIZE_1, SIZE_2: sums of the sizes of all terms but the constant
 # one, of a speed or of a rider's force.
