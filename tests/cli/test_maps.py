@@ -440,12 +440,12 @@ def test_a_shaken_block_is_asked_for_its_return_map(tmp_path, capsys):
 
 
 def test_safety_along_a_parameter_tells_where_the_attractor_is_lost(capsys):
-    command = "safety --preset coulomb --parameter V --values 0.0366 --values 0.045"
+    command = "safety --preset coulomb --parameter V --values 0.0366 --values 0.15"
     assert main(command.split()) == 0
     told = capsys.readouterr()
     (row,) = csv.DictReader(io.StringIO(told.out))
     assert row["period"] == "4"
-    assert "the attractor is not found again at V = 0.045" in told.err
+    assert "the attractor is not found again at V = 0.15" in told.err
 
 
 @pytest.mark.parametrize("half", ["--values 0.1", "--parameter V"])

@@ -186,7 +186,7 @@ class Fit(Result):
                 told.append(
                     f"{np.sum(~there)} of {len(there)} values of data {k} have no derivatives, "
                     f"the first at {data.abscissa[0]} = {first:.6g}: the errors are those of the "
-                    "others, and mean little (a profile tells more)"
+                    "others (a profile tells more)"
                 )
         if self.undetermined:
             names = ", ".join(self.undetermined)

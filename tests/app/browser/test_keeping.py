@@ -57,7 +57,7 @@ BROKEN = {
     'model={"kind":"chain","V":"x","friction":{"law":"coulomb"}}': "V of its model is no number",
     "kind=three_block&alpha=1": "no known model",
     "kind=two_block&law=glue": "no known model and law",
-    "kind=two_block&alpha=nonsense": "alpha = nonsense is no number",
+    "kind=two_block&alpha=nonsense": "α = nonsense is no number",
     "preset=nothing": "there is no preset nothing",
 }
 

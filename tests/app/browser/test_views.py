@@ -382,7 +382,7 @@ def test_a_damping_beyond_the_explorer_is_told_at_its_control(explorer):
     field = explorer.page.locator(".controls input[name='damping']:visible")
     field.fill("50")
     field.press("Enter")
-    told = explorer.page.get_by_text("0 <= damping <= 10").first
+    told = explorer.page.get_by_text("0 ≤ c ≤ 10").first
     told.wait_for(timeout=20_000)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import subprocess
@@ -194,15 +195,21 @@ def drawn(seed: int, **kind) -> tuple[ss.Structure, np.ndarray, np.ndarray]:  # 
     return model, rng.normal(size=n) * 0.5, rng.normal(size=n) * 0.5
 
 
+def sequence(events: list[tuple[float, int, int]]) -> list[tuple[int, int]]:
+    """What happens, contact by contact within an instant: there rounding alone has an order."""
+    instants = itertools.groupby(events, key=lambda event: round(event[0], 11))
+    return [event[1:] for _, at_once in instants for event in sorted(at_once, key=lambda e: e[1:])]
+
+
 def check_against_plain(seed: int, **kind) -> None:  # type: ignore[no-untyped-def]
     model, q, v = drawn(seed, **kind)
     motion = ss.simulate(model, q, v, t_end=T_END, record="events")
     events = [(event.time, event.block - 1, MODES[event.kind]) for event in motion.events]
     for step in (0.05, FINE):
         expected = Elastic(model).follow_feet(q, v, T_END, step, events)
-        if [event[1:] for event in events] == [event[1:] for event in expected.events]:
+        if sequence(events) == sequence(expected.events):
             break
-    assert [event[1:] for event in events] == [event[1:] for event in expected.events], seed
+    assert sequence(events) == sequence(expected.events), seed
     assert (motion.status == ss.status.CONTACT_LOST) == expected.lost, seed
     end, n = motion.final_state, len(q)
     off = (end.t - expected.t, *(end.x[:n] - expected.q), *(end.v[:n] - expected.v))

@@ -57,7 +57,7 @@ export class Controls {
       this.#motion(),
       this.error,
     );
-    app.store.subscribe((state) => this.sync(state));
+    app.store.subscribe((state, learned) => this.sync(state, learned));
     app.showError = (field, message) => {
       this.told = { field, message };
       this.#mark();
@@ -66,9 +66,9 @@ export class Controls {
     this.sync(app.state);
   }
 
-  /** @param {State} state */
-  sync(state) {
-    this.mark(null, "");
+  /** @param {State} state @param {boolean} [learned]  what was typed wrong stands until something changes */
+  sync(state, learned = false) {
+    if (!learned) this.mark(null, "");
     const { model } = state;
     const laws = lawsOf(model).map(({ law }) => law);
     const shape = [

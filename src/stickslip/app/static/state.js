@@ -27,12 +27,12 @@ export class Store {
     this.state = state;
     /** @type {State[]} */ this.past = [];
     /** @type {State[]} */ this.future = [];
-    /** @type {Set<(state: State) => void>} */ this.listeners = new Set();
+    /** @type {Set<(state: State, learned: boolean) => void>} */ this.listeners = new Set();
     this.lastTag = "";
     this.lastTime = -Infinity;
   }
 
-  /** @param {(state: State) => void} listener */
+  /** @param {(state: State, learned: boolean) => void} listener */
   subscribe(listener) {
     this.listeners.add(listener);
   }
@@ -74,7 +74,7 @@ export class Store {
 
   /** Complete the present state by what follows from it, which is no step to undo. @param {Partial<State>} told */
   learn(told) {
-    this.#become({ ...this.state, ...told });
+    this.#become({ ...this.state, ...told }, true);
   }
 
   /** Take a state from elsewhere without remembering the present one. @param {State} state */
@@ -83,10 +83,10 @@ export class Store {
     this.#become(state);
   }
 
-  /** @param {State} state */
-  #become(state) {
+  /** @param {State} state @param {boolean} [learned]  whether nothing was changed by anybody */
+  #become(state, learned = false) {
     this.state = state;
-    for (const listener of this.listeners) listener(state);
+    for (const listener of this.listeners) listener(state, learned);
   }
 }
 
