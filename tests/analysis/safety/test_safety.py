@@ -292,6 +292,7 @@ def test_an_attractor_that_disappears_ends_the_list():
     ("options", "message"),
     [
         ({"attractor": 9}, "attractor = 9"),
+        ({"attractor": 9, "parameter": "r", "values": [1.5]}, "attractor = 9"),
         ({"kicks": -1.0}, "kicks = -1.0"),
         ({"kicks": [0.1, 0.1]}, "give one size, or 1"),
         ({"distribution": "flat"}, "distribution"),

@@ -44,7 +44,7 @@ from stickslip.results.result import Result, ResultList
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -298,21 +298,12 @@ def safety(
     if sizes.shape not in ((), (dimension,)):
         raise ValueError(f"kicks = {shown(kicks)}: give one size, or {dimension}.")
 
-    def measured(f: Any, found: Any, number: int, value: float = math.nan) -> Safety:
-        if number >= len(found):
-            raise ValueError(
-                f"attractor = {number}: {len(found)} attractors were found, numbered from 0."
-            )
-        near: Surroundings
-        if isinstance(f, MapND):
-            near = SpaceSurroundings(f, found, number)
-        else:
-            near = LineSurroundings(f, basins(f, found), number)
+    def measured(near: Surroundings, value: float = math.nan) -> Safety:
         share, (steps, close) = near.share(n_samples), near.settling(n_samples, tolerance)
         size = np.broadcast_to(sizes, near.points.shape[1:])
         kicked = size, distribution, within, n_runs, generator
         return Safety(
-            attractor=found[number],
+            attractor=near.attractor,
             value=value,
             share=share,
             displacement=near.displacement(n_samples, generator),
@@ -322,25 +313,37 @@ def safety(
         )
 
     if parameter is None:
-        return measured(f, attractors(f) if found is None else checked_found(f, found), number)
+        listed: Any = attractors(f) if found is None else checked_found(f, found)
+        _check_number(number, len(listed))
+        if isinstance(f, MapND):
+            return measured(SpaceSurroundings(f, listed, number))
+        return measured(LineSurroundings(f, basins(f, listed), number))
     if found is not None:
         raise ValueError("found is of one map: along a parameter attractors are searched for.")
     wanted_values = grid("values", values)
     along = _along_space if isinstance(f, MapND) else _along_line
-    items, lost = [], ""
-    for value, place, at, listed in along(f, parameter, wanted_values, number):
-        if place < 0:
+    items, lost = list[Safety](), ""
+    for value, numbers, near in along(f, parameter, wanted_values):
+        if not items:
+            _check_number(number, len(numbers))
+        if number not in numbers:
             lost = f"the attractor is not found again at {parameter} = {value:.12g}"
             break
-        items.append(measured(at, listed, place, value))
+        items.append(measured(near(numbers.index(number)), value))
     return SafetyList(tuple(items), parameter, lost)
 
 
-Found: TypeAlias = tuple[float, int, Any, Any]
+def _check_number(number: int, n: int) -> None:
+    if number >= n:
+        raise ValueError(f"attractor = {number}: {n} attractors were found, numbered from 0.")
 
 
-def _along_line(f: Any, parameter: str, values: Floats, number: int) -> Iterator[Found]:
-    """Find the attractor again at each value, by the rule of R^n."""
+# A value, the numbers of the attractors there, and the surroundings of each.
+Found: TypeAlias = "tuple[float, tuple[int, ...], Callable[[int], Surroundings]]"
+
+
+def _along_line(f: Any, parameter: str, values: Floats) -> Iterator[Found]:
+    """Find attractors again at each value, by the rule of R^n."""
     family: MapFamily = line_family(f)
     checked_parameter(family, parameter)
     known = Known()
@@ -350,18 +353,18 @@ def _along_line(f: Any, parameter: str, values: Floats, number: int) -> Iterator
         found = basins(at, listed)
         near = [LineSurroundings(at, found, k) for k in range(len(listed))]
         numbers = known.again(at, 1.0, [each.points for each in near], partial(_places, near))
-        yield value, numbers.index(number) if number in numbers else -1, at, listed
+        yield value, numbers, near.__getitem__
 
 
 def _places(near: list[LineSurroundings], x: Floats) -> NDArray[np.integer[Any]]:
     return near[0].fate(x)  # all of them know all basins
 
 
-def _along_space(f: Any, parameter: str, values: Floats, number: int) -> Iterator[Found]:
-    """Find the attractor again at each value: points of it come to the one that it is."""
+def _along_space(f: Any, parameter: str, values: Floats) -> Iterator[Found]:
+    """Find attractors again at each value: points of each come to the one that it is."""
     if not isinstance(f, FamilyND):
         raise ValueError(f"system = {shown(f)} has no parameters to vary.")
     checked_parameter(f, parameter)
     along = searched_along(f, parameter, values, N_STARTS, MAX_STEPS, Work())
     for value, (at, listed, numbers, _) in zip(values.tolist(), along, strict=True):
-        yield value, numbers.index(number) if number in numbers else -1, at, listed
+        yield value, numbers, partial(SpaceSurroundings, at, listed)

@@ -180,8 +180,8 @@ class SpaceSurroundings:
 
     def __init__(self, f: MapND, found: AttractorListND, k: int) -> None:
         self.f, self.found, self.k = f, found, k
-        attractor: AttractorND = found[k]
-        self.points = attractor.points
+        self.attractor: AttractorND = found[k]
+        self.points = self.attractor.points
         self.cells, self.tree = cells_of(f, found), cKDTree(self.points)
         self._spread: tuple[Floats, Indices, Indices] | None = None
 

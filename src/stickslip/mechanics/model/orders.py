@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ class Orders(NamedTuple):
     state: Floats  # (n,), of (y, w)
 
 
+@lru_cache(maxsize=64)
 def orders(plant: Plant) -> Orders:
     """Orders of magnitude of the states that friction makes, and of the time this takes.
 
