@@ -21,9 +21,9 @@ OWN: Final = {
 
 TABLE: Final = re.compile(r"^\[\[?(\w+)\]\]? (\d+)(?: \[friction\])? ")
 TITLES: Final = {"friction": "block", "forcing": "force"}
-ENTRY: Final = re.compile(r"(?<!\w)(['\"]).*?\1(?!\w)|\b(\w+)\[(\d+)(?:, (\d+))?\]")
-CLAUSES: Final = re.compile(r"(?<=[.;:,]) (?=\S)")
 QUOTED: Final = re.compile(r"(?<!\w)(['\"]).*?\1(?!\w)")
+ENTRY: Final = re.compile(QUOTED.pattern + r"|\b(\w+)\[(\d+)(?:, (\d+))?\]")
+CLAUSES: Final = re.compile(r"(?<=[.;:,]) (?=\S)")
 PYTHON: Final = re.compile(
     r"\b(?:ss|stickslip|model)\.\w|\w=(?![-\d.])|\bmax_(?:events|time)\b|\w\(\.\.\."
 )
