@@ -15,7 +15,7 @@ from tests.sizes import sizes
 
 from stickslip import Coulomb, TwoBlock, examples
 from stickslip.analysis.bifurcations.curves.breakpoint_curves import follow_breakpoint
-from stickslip.analysis.branches.along import tracked
+from stickslip.analysis.branches.along import change_search, tracked
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
     TrackedDiscontinuity,
@@ -24,6 +24,7 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.protocol import sample
 from stickslip.mechanics.eventmap.event_map import EventMap
 
 ROUNDING = 1e-14
@@ -248,6 +249,24 @@ def test_borders_of_random_event_maps_agree_with_their_tables(n, name):
                 assert_agrees(border.at(g), same[0])
                 compared += 1
     assert compared > 6 * n
+
+
+def test_a_border_is_looked_for_where_it_is_expected(monkeypatch):
+    f = EventMap(examples.coulomb())
+    looks = []
+
+    def counted(*arguments):
+        looks.append(1)
+        return sample(*arguments)
+
+    monkeypatch.setattr(change_search, "sample", counted)
+    # Others are ties of events: a third label flickers between their ends.
+    clean = [b for b in breakpoints(f) if np.nextafter(*b.interval) == b.interval[1]]
+    assert len(clean) == 5
+    for item in clean:
+        looks.clear()
+        assert TrackedDiscontinuity.of(item).at(f.replace()).interval == item.interval
+        assert len(looks) == 1
 
 
 def test_border_followed_there_and_back_is_the_same():

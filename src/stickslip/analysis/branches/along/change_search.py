@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.analysis.maps.protocol import is_ok, sample
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from stickslip.analysis.maps.protocol import Map1D
 
@@ -162,7 +162,8 @@ def _fan_out(
 ) -> tuple[int, int] | None:
     """Look ever farther from x until the left branch and something right of it are seen."""
     lo, hi = probe.f.domain
-    probe.look(x + k * reach for k in (-1.0, -1 / FAN, 1 / FAN, 1.0))
+    # The change may be where it is expected, to the float.
+    probe.look([*(x + k * reach for k in (-1.0, -1 / FAN, 1 / FAN, 1.0)), *_beside(x)])
     while True:
         pair = _nearest_pair(probe.seen, left, x)
         if pair is not None or (x - reach <= lo and x + reach >= hi):
@@ -208,8 +209,9 @@ def _sections(left: float, right: float) -> list[float]:
 def _forecast(seen: Sequence[Seen], i: int, j: int) -> list[float]:
     """Points where the margins of both sides vanish, linearly or as roots, if the sides agree."""
     left, right = seen[i], seen[j]
-    from_left = _zeros(seen[i - 1], left) if i > 0 else []
-    from_right = _zeros(seen[j + 1], right) if j + 1 < len(seen) else []
+    aside = (right.x - left.x) / FAN  # nearer points tell of rounding
+    from_left = _zeros((s for s in reversed(seen[:i]) if left.x - s.x >= aside), left)
+    from_right = _zeros((s for s in seen[j + 1 :] if s.x - right.x >= aside), right)
     pairs = [(abs(a - b), 0.5 * (a + b)) for a in from_left for b in from_right]
     if not pairs:
         # From one side alone: a point there gives the other side its second one.
@@ -219,13 +221,19 @@ def _forecast(seen: Sequence[Seen], i: int, j: int) -> list[float]:
     if apart > TRUSTED * (right.x - left.x):
         return []
     near, far = (max(k * apart, k * ulp) for k in ASIDE)
-    points = [centre + k for k in (-far, -near, near, far)]
+    points = [*(centre + k for k in (-far, -near, near, far)), *_beside(centre)]
     return [x for x in points if left.x < x < right.x]
 
 
-def _zeros(old: Seen, new: Seen) -> list[float]:
+def _beside(x: float) -> list[float]:
+    """Return a float and its neighbours: a few points cost hardly more than one."""
+    return [float(np.nextafter(x, -np.inf)), x, float(np.nextafter(x, np.inf))]
+
+
+def _zeros(behind: Iterator[Seen], new: Seen) -> list[float]:
     """Where the straight lines through margin and through margin squared vanish."""
-    if old.branch != new.branch or not old.margin > new.margin >= 0:
+    old = next(behind, None)
+    if old is None or old.branch != new.branch or not old.margin > new.margin >= 0:
         return []
     step = new.x - old.x
     ratios = (new.margin / old.margin, (new.margin / old.margin) ** 2)
