@@ -197,7 +197,7 @@ class _Search:
             if (shot := slip_cycle(self.model, state, rtol=self.plain.rtol)) is not None:
                 raise _OnlySlipsError(shot)
         raise NoCycleError(
-            f": no block reached the belt in {MAX_WAITS * WAIT} periods of the slowest mode."
+            f": no block began to stick or slip in {MAX_WAITS * WAIT} periods of the slowest mode."
         )
 
     def _has_settled(self, state: State) -> bool:
