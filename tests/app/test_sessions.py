@@ -43,6 +43,7 @@ def endless(monkeypatch):
 
 RANGE = {"parameter": "V", "range": [0.03, 0.04]}
 FORCED = {"forcing": {"amplitude": 0.1, "frequency": 1e12}}
+LAW = COULOMB["friction"]
 BAD = {
     "too many points": ("event_map", {"points": 4001}, "points"),
     "no whole number": ("event_map", {"power": 1.5}, "power"),
@@ -70,7 +71,12 @@ BAD = {
     "stiff damper": ("diagram", {**RANGE, "model": {**COULOMB, "damping": 50.0}}, "model.damping"),
     "light blocks": ("motion", {"model": {**CHAIN, "mass": 1e-9}}, "model.mass"),
     "hard force": ("motion", {"model": {**CHAIN, **FORCED}}, "model.frequency"),
-    "strong block": ("motion", {"model": {**CHAIN, "static": [1, 1, 1e9]}}, "model.static"),
+    "strong block": ("motion", {"model": {**CHAIN, "static": [1, 1, 1e9]}}, "model.static_3"),
+    "one of two laws": (
+        "law",
+        {"model": {**COULOMB, "friction": [LAW, {**LAW, "mu": 2}]}},
+        "model.mu_2",
+    ),
     "range far away": ("diagram", {"parameter": "V", "range": [0.03, 1e300]}, "range"),
     "start far away": ("motion", {"x": [0, 1e300], "v": [0, 0]}, "x[1]"),
 }
@@ -527,6 +533,19 @@ def test_who_waits_for_the_compiler_is_told(client, page, monkeypatch):
     monkeypatch.setattr(Compiler, "prepare", prepare)
     parts = page.answer(page.ask("locus", model=COULOMB))
     assert [part.data["compiling"] for part in parts if "compiling" in part.data] == [1]
+
+
+def test_who_waits_for_the_turn_of_slow_answers_is_told(client, page, monkeypatch):
+    ready = threading.Event()
+    monkeypatch.setattr(Compiler, "prepare", lambda *_, **__: ready.wait(20))
+    monkeypatch.setitem(VIEWS, requests.Cycle, lambda _: iter(()))
+    start = {"x": [0.1, 0.0], "v": [0.0, 0.0]}
+    for slot in ("one", "two", "three"):
+        page.ask("cycle", slot=slot, **start)
+    told = page.read().header
+    ready.set()
+    assert told["slot"] == "three"
+    assert told["data"]["waiting"]
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ COULOMB = ss.Coulomb(mu=0.3)
         ("static[0] = -1 beside 'a[0]': K[0, 1] is", "static_1 = -1 beside 'a[0]': K_1_2 is"),
         ("[[contact]] 0 [friction] mu = 3", "contact 1: mu = 3"),
         ("[[friction]] 1 mu = 3", "block 2: mu = 3"),
+        ("[[friction]] of block 2: mu = 3", "block 2: mu = 3"),
         ("s failed: ZeroDivisionError: float division by zero", "s failed: division by zero"),
     ],
 )
@@ -31,6 +32,11 @@ def test_what_names_python_is_left_out_and_what_files_name_has_its_name(theirs, 
 @pytest.mark.parametrize("text", ["the formula 'ss.a=b' ends, so it is", "mu = 3 is not, beta is"])
 def test_what_is_quoted_or_no_python_stays(text):
     assert of_page(text) == text
+
+
+def test_what_the_address_takes_is_told_whole():
+    told = of_page("nothing to map. Take the other event, or stickslip.find_cycle.")
+    assert told == 'nothing to map. The address takes the other: section={"event": "landing"}.'
 
 
 def errors():

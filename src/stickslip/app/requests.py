@@ -40,7 +40,7 @@ RAISE: Final = dis.opmap["RAISE_VARARGS"]
 PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
 KINDS: Final = {"float": "a number", "int": "a whole number", "str": "a text", "array": "a list"}
 EXPECTED: Final = re.compile(rf"^Expected `({'|'.join(KINDS)})`")
-NAMED: Final = re.compile(r"(?:^|[\]:] |\.)(\w+?)(?:_\d+|\[\d+\])* = ")
+NAMED: Final = re.compile(r"(?:^(?:contact|block|force) (\d+): |^|[\]:] |\.)(\w+) = ")
 
 
 def slider(
@@ -335,9 +335,11 @@ def model_of(request: Request) -> Model:
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         if not is_ours(error):
             raise
-        name = NAMED.search(str(error))
-        unnamed = "model.law" if str(error).startswith(("[friction", "friction:")) else "model"
-        raise BadRequestError(str(error), f"model.{name[1]}" if name else unnamed) from None
+        text = str(error)
+        unnamed = "model.law" if text.startswith(("[friction", "friction:")) else "model"
+        name = NAMED.search(of_page(text))
+        named = name and "_".join(filter(None, (f"model.{name[2]}", name[1])))
+        raise BadRequestError(text, named or unnamed) from None
     for law in model.laws:
         size = len(law.formula.nodes) if isinstance(law.formula, TracedFormula) else 0
         if isinstance(law, UserLaw) and size > MOST_OPERATIONS:

@@ -206,7 +206,11 @@ class Session:
     async def _serve(self, lane: _Lane) -> None:
         """Answer what waits in a slot until nothing does."""
         while (first := lane.waiting) is not None:
-            async with self._turns[is_slow(first.request)]:
+            turns = self._turns[slow := is_slow(first.request)]
+            if slow and turns.locked():
+                data = {"part_name": "progress", "waiting": True}
+                self.send(first.header | {"last": False, "progress": 0.0, "data": data})
+            async with turns:
                 call, lane.waiting = lane.waiting, None
                 if call is None:
                     continue

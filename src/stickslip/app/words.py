@@ -7,7 +7,7 @@ from typing import Final
 
 OWN: Final = {
     r"^model = .*? (?=has |is )": "This model ",
-    r"^\[friction\] ": "",
+    r"^\[friction\] |^\[\[friction\]\] of (?=block)": "",
     r"gave up after max_events events.*": "it changes modes more often than the page follows",
     r"gave up after max_time.*": "it takes longer than the page follows",
     r"Steady sliding is what stickslip\.equilibria describes": "Steady sliding is an equilibrium",
@@ -25,7 +25,7 @@ QUOTED: Final = re.compile(r"(?<!\w)(['\"]).*?\1(?!\w)")
 ENTRY: Final = re.compile(QUOTED.pattern + r"|\b(\w+)\[(\d+)(?:, (\d+))?\]")
 CLAUSES: Final = re.compile(r"(?<=[.;:,]) (?=\S)")
 PYTHON: Final = re.compile(
-    r"\b(?:ss|stickslip|model)\.\w|\w=(?![-\d.])|\bmax_(?:events|time)\b|\w\(\.\.\."
+    r"\b(?:ss|stickslip|model)\.\w|\w=(?![-\d.{])|\bmax_(?:events|time)\b|\w\(\.\.\."
 )
 
 

@@ -199,8 +199,8 @@ def test_a_formula_is_told_as_it_was_typed(explorer, formula, told):
 def test_errors_name_numbers_as_the_page_does(explorer):
     error = explorer.page.locator(".controls > .error")
     for model, name, told in [
-        ("coulomb", "alpha", "α = 40.0 is not allowed: α must be a finite number, 0 ≤ α ≤ 30."),
-        ("brake", "mu_1", "contact 1: μk = 40 of the friction law coulomb is not allowed: μk must"),
+        ("coulomb", "alpha", "α = 40 is not allowed: α must be a finite number, 0 ≤ α ≤ 30."),
+        ("brake", "mu_1", "contact 1: μk = 40 of the friction law Coulomb is not allowed: μk must"),
     ]:
         explorer.show(f"preset={model}")
         explorer.type_into(name, 40)
@@ -208,6 +208,15 @@ def test_errors_name_numbers_as_the_page_does(explorer):
             "() => document.querySelector('.controls > .error').innerText"
         )
         assert told in error.text_content()
+
+
+def test_of_two_laws_the_number_at_fault_is_marked_alone(explorer):
+    laws = [{"law": "coulomb", "mu": mu} for mu in (0.2, 0.3)]
+    explorer.show(f"model={json.dumps({**COULOMB, 'friction': laws})}")
+    explorer.type_into("mu_2", 40)
+    explorer.page.wait_for_selector(".controls [aria-invalid]")
+    marked = "() => [...document.querySelectorAll('[aria-invalid]')].map(({ name }) => name)"
+    assert explorer.page.evaluate(marked) == ["mu_2"]
 
 
 def test_a_start_and_a_window_that_the_domain_leaves_behind_are_left(explorer):
@@ -226,7 +235,7 @@ def test_a_start_and_a_window_that_the_domain_leaves_behind_are_left(explorer):
     assert "0.3812 lies outside" in explorer.page.locator(".controls").text_content()
     assert explorer.page.locator(".controls > .error").is_hidden()
     assert explorer.view("map", "view.plot.view.slice(0, 2)") == [low, high]
-    assert explorer.panel("map").locator(".fit").is_hidden()
+    assert explorer.panel("map").locator(".fit").is_visible()  # it can be removed
     explorer.page.evaluate("() => explorer.setParameter('alpha', 1.208)")
     explorer.page.wait_for_function("() => explorer.question('motion').request.d === 0.3812")
     explorer.settle("map")
@@ -412,6 +421,9 @@ def test_of_another_system_nothing_is_shown_as_of_this_one(explorer):
         explorer.show(f"model={json.dumps(stribeck)}", "law")
         for panel in ("map", "power", "diagram", "basins"):
             assert explorer.view(panel, "view.sentence()") == ""
+        assert explorer.view("mechanism", "view.sentence()") == ""
+        for panel in ("portrait-1", "plane"):
+            assert explorer.view(panel, "view.x ?? null") is None
         assert explorer.page.evaluate("() => explorer.domain() ?? null") is None
     explorer.show()
     assert "S4" in explorer.view("map", "view.sentence()")

@@ -70,6 +70,15 @@ def test_a_broken_link_says_what_is_wrong_and_begins_with_the_first_preset(explo
     assert explorer.page.locator("select[aria-label='Preset']").input_value() == "coulomb"
 
 
+def test_a_plus_in_an_address_that_was_typed_is_a_plus(explorer):
+    law = '{"law":"mu+(1-mu)*exp(-s/v)","mu":0.3,"v":0.1}'
+    model = f'{{"kind":"two_block","alpha":1.2,"beta":1.3,"V":1e-2,"friction":{law}}}'
+    with explorer.asking_only("law"):
+        explorer.show(f"model={model}&t_end=1e+2", "law")
+    assert explorer.state["model"]["friction"]["law"] == "mu+(1-mu)*exp(-s/v)"
+    assert explorer.state["t_end"] == 100
+
+
 def test_what_was_wrong_with_a_link_is_told_until_something_changes(explorer):
     explorer.open('model={"kind":"structure","mass":[1],"contact":[null]}')
     error = explorer.page.locator(".controls > .error")

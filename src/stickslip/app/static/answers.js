@@ -28,6 +28,7 @@ const ENOUGH = {
  * @property {boolean} [cancelled]
  * @property {boolean} [shipped]
  * @property {number} [compiling]  for how many seconds the server compiles kernels for it
+ * @property {boolean} [waiting]  whether the server computes other views first
  * @property {boolean} done
  * @property {number} progress
  *
@@ -65,6 +66,7 @@ export class Answers {
     }
     answer.error = part.error;
     answer.compiling = part.data.compiling;
+    answer.waiting = part.data.waiting;
     answer.cancelled = part.cancelled;
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     // Parts of an answer are worked on side by side: the later may be told of first.
@@ -121,8 +123,10 @@ export class Answers {
       );
     if (fits && shown.done) return as("current");
     const why = reason({ running, open, alone, stopped: Boolean(asked?.cancelled) });
-    if (!why && running && asked?.compiling)
-      return as(shown ? "stale" : "empty", `compiling kernels, the first time only: ${asked.compiling} s`);
+    const later = asked?.waiting
+      ? "after other views"
+      : asked?.compiling && `compiling kernels, the first time only: ${asked.compiling} s`;
+    if (!why && running && later) return as(shown ? "stale" : "empty", later);
     if (!shown) return as(why ? "stale" : "empty", why);
     if (fits && !why) return as("computing", `${Math.round(100 * (progress ?? 0))} %`);
     return as("stale", why || "computing");

@@ -17,7 +17,6 @@ import {
   shapeOf,
   slidersOf,
   valueOf,
-  windowOf,
   withValue,
 } from "./model.js";
 import { written } from "./numbers.js";
@@ -203,7 +202,7 @@ export class App {
       const zoomed =
         view.id === "diagram"
           ? Boolean(vertical) || !same(range, full)
-          : Boolean(windowOf(this.state, view.zoomed));
+          : Boolean(this.state.windows[view.zoomed]);
       view.panel.reset.hidden = !zoomed;
       view.show();
     }
@@ -218,6 +217,7 @@ export class App {
       for (const slot of [...this.connection.running.keys()]) this.connection.forget(slot);
       this.asked.clear();
       this.known.clear();
+      this.clock.take(null);
     }
     this.shape = shape;
   }
@@ -297,7 +297,7 @@ export class App {
     if (slot === "motion") this.#move();
     if (TELLING.has(slot) && same(question, this.question(slot))) this.#mapTold(part);
     if (answer.done && PATIENT.has(slot)) this.#keep(JSON.stringify(question), answer);
-    if (part.data.part_name === "progress" && !part.data.compiling) this.judge();
+    if (part.data.part_name === "progress" && this.answers.has(slot)) this.judge();
     else this.#tell(slot, part);
     if (answer.done || part.error || part.cancelled) this.#idle(slot);
   }

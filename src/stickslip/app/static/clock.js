@@ -25,7 +25,7 @@ export class Clock {
     this.run = 0; // number of the present one: a frame of an earlier one may still be due
   }
 
-  /** Take a new motion, at the time of the last one. @param {Answer} answer */
+  /** Take a new motion, at the time of the last one; or none. @param {Answer | null} answer */
   take(answer) {
     this.motion = answer;
     const { arrays } = this;

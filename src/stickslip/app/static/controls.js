@@ -550,9 +550,12 @@ export class Controls {
     const { ofModel, ofLaws } = parametersOf(limits, state.model);
     const all = [limits.laws.flatMap(({ parameters }) => parameters), ofModel, ofLaws.flat()].flat();
     const symbols = new Map(all.map(({ name, symbol }) => [name, written(symbol)]));
-    return text.replace(NUMBER, (name, base, index) =>
-      symbols.get(name) ?? (symbols.has(base) ? symbols.get(base) + index : name),
-    );
+    const titles = new Map(limits.laws.map(({ law, title }) => [law, title]));
+    return text
+      .replace(NUMBER, (name, base, index) =>
+        symbols.get(name) ?? (symbols.has(base) ? symbols.get(base) + index : name),
+      )
+      .replace(/(?<=friction law )[\w-]+/g, (law) => titles.get(law) ?? law);
   }
 
   #mark() {
@@ -561,15 +564,17 @@ export class Controls {
     if (this.error.textContent === message) return;
     this.error.hidden = !message;
     this.error.textContent = message;
-    const last = field?.split(".").at(-1);
-    for (const input of /** @type {NodeListOf<HTMLInputElement>} */ (
-      document.querySelectorAll(".controls input[name]")
-    )) {
-      const own = input.name.split(".").at(-1);
-      const named = last === own || last === own?.replace(/_\d+$/, "");
-      input.toggleAttribute("aria-invalid", Boolean(message) && named);
-      if (input.hasAttribute("aria-invalid")) input.setAttribute("aria-invalid", "true");
-    }
+    const last = (/** @type {string} */ name) => name.split(".").at(-1) ?? "";
+    const stem = (/** @type {string} */ name) => last(name).replace(/(_\d+)+$/, "");
+    const inputs = /** @type {HTMLInputElement[]} */ ([
+      ...document.querySelectorAll(".controls input[name]"),
+    ]);
+    const named = (/** @type {(name: string) => string} */ of) =>
+      inputs.filter(({ name }) => field && message && of(name) === of(field));
+    const [one, all] = [named(last), named(stem)]; // a list has one field for all its entries
+    for (const input of inputs)
+      if ((one.length ? one : all).includes(input)) input.setAttribute("aria-invalid", "true");
+      else input.removeAttribute("aria-invalid");
   }
 }
 

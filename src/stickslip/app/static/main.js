@@ -37,7 +37,8 @@ const read = async (name) => (await fetch(`static/shipped/${name}.json`)).json()
  * @param {Limits} limits @param {Preset[]} presets
  */
 function stateOfAddress(limits, presets) {
-  const given = new Map(new URLSearchParams(location.hash.slice(1)));
+  const plain = location.hash.slice(1).replaceAll("+", "%2B"); // as it is typed: a formula's sum
+  const given = new Map(new URLSearchParams(plain));
   const name = given.get("preset") ?? (given.size ? undefined : presets[0].name);
   const preset = presets.find((one) => one.name === name);
   try {

@@ -82,11 +82,15 @@ export const unquoted = (text, change) =>
     .map((part, k) => (k % 2 ? part : change(part)))
     .join("");
 
-/** A text in which X_2 is X₂, A_3,1 A₃,₁, -0.1 −0.1 and <= ≤. @param {string} text */
+/** A text in which X_2 is X₂, A_3,1 A₃,₁, -0.1 −0.1, 40.0 40 and <= ≤. @param {string} text */
 export const spelled = (text) => unquoted(text, typeset);
+
+/** As Python prints it: 40.0, 1e-05. */
+const NUMBER = /(?<![\w.])\d+(\.\d+)?(e[+-]?\d+)?(?!\w|\.\d)/g;
 
 const typeset = (/** @type {string} */ text) =>
   text
+    .replace(NUMBER, (text) => short(Number(text), 17))
     .replace(/->|<=|>=/g, (sign) => ({ "->": "→", "<=": "≤", ">=": "≥" })[sign] ?? sign)
     .replace(/(?<![\w.)\]])-(?=\.?\d|\()/g, "−")
     .replace(/_(\d+(?:,\d+)*)/g, (_, index) =>

@@ -181,17 +181,18 @@ export class MapView extends View {
     labels.avoidLine(values.arrays.x, values.arrays.f);
     const order = [...orbits].sort((a, b) => Number(isThrough(b)) - Number(isThrough(a)));
     const spots = order.map((orbit) => ({ orbit, at: this.spots(orbit) }));
+    const named = spots.filter(({ orbit }) => !isThrough(orbit));
+    const few = named.length <= 24; // of more marks at full size would cover the map
     for (const { orbit, at } of spots) {
       plot.context.globalAlpha = old || (!searched && isThrough(orbit)) ? 0.35 : 1;
       for (const [x, y] of at) {
         const { color, size } = orbitLook(orbit);
-        mark(plot, orbitShape(orbit), x, y, { color, size });
+        mark(plot, orbitShape(orbit), x, y, { color, size: few || orbit.stable ? size : size / 2 });
         if (isThrough(orbit)) continue;
         labels.avoid(x, y);
       }
     }
-    const named = spots.filter(({ orbit }) => !isThrough(orbit));
-    if (named.length <= 24) {
+    if (few) {
       for (const { orbit, at } of named)
         for (const [x, y] of at) labels.place(orbit.name, x, y);
     }

@@ -109,6 +109,7 @@ export class MechanismView extends View {
     const { clock } = this.app;
     const k = clock.index();
     const { scene } = this;
+    if (!clock.arrays) return this.plot.message(this.emptyText("motion"));
     if (k < 0 || clock.arrays !== this.of || !scene) return;
     const at = this.layout(scene);
     const { count, contacts } = scene;

@@ -75,6 +75,7 @@ export class PortraitView extends View {
   update() {
     const { arrays } = this.app.clock;
     const { block } = this;
+    if (!arrays) this.of = this.x = this.v = this.rides = this.whole = undefined;
     const contact = this.answer("motion")?.parts[0]?.data.contacts[block];
     const count = arrays ? arrays.mode.length / arrays.t.length : 0;
     if (!this.of) this.panel.name(contactName(this.app.state.model, { bodies: [], elastic: false }, block));
@@ -187,6 +188,7 @@ export class PlaneView extends View {
 
   update() {
     const { arrays } = this.app.clock;
+    if (!arrays) this.of = this.x = undefined;
     if (arrays && this.isFor(this.app.state) && arrays.x.length === 2 * arrays.t.length && arrays !== this.of) {
       this.of = arrays;
       this.x = [0, 1].map((k) => column(arrays.x, k, 2));
