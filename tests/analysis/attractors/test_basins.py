@@ -332,3 +332,15 @@ def test_preimages_of_a_sliver_are_slivers():
         for _ in range(3):
             pieces = refined(f, table, pieces, SLIVER)
         assert np.diff(pieces.edges)[pieces.index == LEFT].max() < 1e-13
+
+
+@pytest.mark.parametrize(("plateau", "undecided"), [(0.7, 0.0), (0.75, 0.0), (0.8, 1.0)])
+def test_a_plateau_on_the_way_of_a_cycle(plateau, undecided):
+    # All but the origin falls on the plateau, whose image is one point. At 0.8 a corner is on the
+    # cycle: one of its slopes alone would say that the cycle repels.
+    f = PiecewiseMap(
+        ["2*x", f"{plateau}", "2-2*x"], (0, 1), breakpoints=[plateau / 2, 1 - plateau / 2]
+    )
+    found = basins(f)
+    assert (len(found.attractors), found.undecided) == (1, undecided)
+    assert found.share(0) == 1.0 - undecided

@@ -314,3 +314,12 @@ def test_no_orbit_is_within_a_break_that_is_not_located(gamma):
         x = orbit.points[0]
         assert abs(f(x) - x) <= 1e-12 * max(1.0, abs(f.derivative(x)))
     assert any("closer to each other than" in item.reason for item in found.unresolved)
+
+
+def test_a_gap_that_no_cell_shows_is_no_orbit():
+    # The fixed point is within: no orbit passes 0.25, also not of period 2 or 3.
+    f = PiecewiseMap(lambda x: np.where(abs(x - 0.25) < 1e-4, np.nan, 0.7 - 1.8 * x), (-1, 1.5))
+    found = periodic_orbits(f, 3)
+    assert len(found) == 0
+    assert {item.period for item in found.unresolved} == {1, 2, 3}
+    assert all(item.lo < 0.25 < item.hi for item in found.unresolved)

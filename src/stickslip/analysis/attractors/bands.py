@@ -84,7 +84,8 @@ def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats
     """Map a union of intervals, but for contacts below `slack`, and tell if part has no image."""
     # An end of a row for each part of an interval in a lap: the lower ones, then the upper ones.
     low, high = common(intervals, laps.left, laps.right)
-    which, lap = (high - low > slack).nonzero()
+    point = intervals[:, :1] == intervals[:, 1:]  # what a plateau leaves of an interval
+    which, lap = ((high - low > slack) | (point & (high == low))).nonzero()
     ends = np.array([low[which, lap], high[which, lap]])
     values = np.array([laps.value_left[lap], laps.value_right[lap]])
     inner = np.array([ends[0] > laps.left[lap], ends[1] < laps.right[lap]])

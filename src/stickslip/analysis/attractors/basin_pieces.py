@@ -143,6 +143,8 @@ def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
     cycle = confirmed(f, attractor.orbit.points)
     if cycle is None:
         return nothing
+    # On a corner the slope of either side may be met.
+    cycle = replace(cycle, multiplier=attractor.orbit.multiplier)
     centre, radius = cycle.points[0], 0.5 * capture_radius(f, cycle)
     low, high = f.domain
     while radius > EXACT * (high - low):
@@ -152,7 +154,7 @@ def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
             last = images[-1]
             if last[0, 0] >= start[0, 0] and last[0, 1] <= start[0, 1]:
                 trap = merged(np.concatenate([start, *images[:-1]]), 0.0)
-                return _grown(f, table, cycle, trap)
+                return _grown(f, table, cycle, trap[trap[:, 0] < trap[:, 1]])
         radius *= 0.5
     return nothing
 

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
 SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
+HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
 ON_END: Final = 1e-12  # of the scale: solutions that coincide, or lie on an end of the jump
 ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the scale: of one evaluation
 
@@ -227,11 +228,15 @@ class _Search:
         found = self._polished(brackets, self._guess(brackets))
         failed = np.flatnonzero(~found.converged | self._are_beyond(brackets, found.points))
         if failed.size:
-            shrunk = self._shrunk(brackets.take(failed))
+            shrunk, lost = self._shrunk(brackets.take(failed))
             middle = 0.5 * (shrunk.left + shrunk.right)[:, :-1]
             better = self._polished(shrunk, middle)
             for one in fields(found):
                 getattr(found, one.name)[failed] = getattr(better, one.name)
+            for ends in zip(shrunk.left[lost, 0], shrunk.right[lost, 0], strict=True):
+                self.unresolved.append(Unresolved(HOLE, *map(float, ends), found.points.shape[1]))
+            kept = np.delete(np.arange(len(brackets)), failed[lost])
+            brackets, found = brackets.take(kept), found.take(kept)
         return brackets, found
 
     def _are_beyond(self, brackets: Brackets, points: Floats) -> Bools:
@@ -276,16 +281,19 @@ class _Search:
 
         return polish(evaluate, points, lower, upper, self.scale)
 
-    def _shrunk(self, brackets: Brackets) -> Brackets:
-        """Halve brackets by following their middles, down to adjacent floats."""
+    def _shrunk(self, brackets: Brackets) -> tuple[Brackets, Bools]:
+        """Halve brackets down to adjacent floats, or to a middle whose orbit has no value."""
         left, right = brackets.left.copy(), brackets.right.copy()
+        lost = np.zeros(len(left), dtype=np.bool_)
         rises = brackets.off_right >= brackets.off_left
         for _ in range(SHRINKINGS):
             x = 0.5 * (left[:, 0] + right[:, 0])
             orbit, _ = forward_orbits(self.laps, brackets.word, x, left, right)
-            beyond = ((orbit[:, -1] >= x) == rises)[:, None]
-            left, right = np.where(beyond, left, orbit), np.where(beyond, orbit, right)
-        return replace(brackets, left=left, right=right)
+            lost |= np.isnan(orbit).any(axis=1)
+            beyond, kept = ((orbit[:, -1] >= x) == rises)[:, None], lost[:, None]
+            left = np.where(beyond | kept, left, orbit)
+            right = np.where(beyond & ~kept, orbit, right)
+        return replace(brackets, left=left, right=right), lost
 
     def _distinct(self, found: Polished) -> Indices:
         """Choose orbits that are not another one once more."""
