@@ -10,6 +10,7 @@ from tests.analysis import known_maps as examples
 from tests.reference.affine import Affine, jump_orbits, periodic_points
 
 from stickslip import Coulomb, PoppStelter, TwoBlock, event_map
+from stickslip.analysis.branches.branches import breakpoints as breakpoints_of
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
@@ -323,3 +324,33 @@ def test_a_gap_that_no_cell_shows_is_no_orbit():
     assert len(found) == 0
     assert {item.period for item in found.unresolved} == {1, 2, 3}
     assert all(item.lo < 0.25 < item.hi for item in found.unresolved)
+
+
+@pytest.mark.parametrize("breakpoints", [None, [0.0]])
+def test_orbits_pass_on_both_sides_of_a_pole(breakpoints):
+    # Boole's map is two to one of the line, and conjugate to the doubling of angles: 2^p - 2 fixed
+    # points of f^p, of which infinity is one more. Period 2: x^2 = 1/2; f'(x)^2 = 9.
+    f = PiecewiseMap(lambda x: x - 1 / x, (-10, 10.3), breakpoints=breakpoints)
+    (pole,) = breakpoints_of(f)
+    assert abs(pole.d) < 1e-18
+    assert pole.kind == "jump"
+    assert pole.left > 1e18 > -1e18 > pole.right
+    found = periodic_orbits(f, 5)
+    assert [sum(o.period == p for o in found) for p in range(1, 6)] == [0, 1, 2, 3, 6]
+    np.testing.assert_allclose(found[0].points, [-(0.5**0.5), 0.5**0.5], rtol=1e-15)
+    assert found[0].multiplier == pytest.approx(9, rel=1e-14)
+
+
+def test_newtons_method_goes_to_infinity_where_the_slope_vanishes():
+    # 2 x^3 / (3 x^2 - 1) for the roots of x^3 - x: superstable, and x = 1/sqrt(5) flees from -x.
+    f = PiecewiseMap("2*x**3/(3*x**2 - 1)", (-3, 3.3))
+    breaks = [item.d for item in breakpoints_of(f)]
+    np.testing.assert_allclose(breaks, [-(3**-0.5), 3**-0.5], rtol=1e-15)
+    found = periodic_orbits(f, 2)
+    assert [(o.period, round(o.points[-1], 12)) for o in found] == [
+        (1, -1),
+        (1, 0),
+        (1, 1),
+        (2, round(5**-0.5, 12)),
+    ]
+    assert found[-1].multiplier == pytest.approx(36, rel=1e-13)

@@ -121,12 +121,15 @@ def _diverges(mesh: Prober, slopes: Floats) -> NDArray[np.bool_]:
 
 
 def _root_value(values: Floats, slopes: Floats, h: Floats) -> Floats:
-    """Extrapolate c0 + c1 |h|^q + c2 h from h and 4 h; q from the slopes, 1/2 if close to it."""
+    """Extrapolate c0 + c1 |h|^q + c2 h from h and 4 h; q from the slopes, 1/2 if close to it.
+
+    NaN for a pole: nothing is larger than the value at the end.
+    """
     exponent = 1 - np.log(slopes[1] / slopes[2]) / np.log(4.0)
     exponent = np.where(np.abs(exponent - 0.5) < 0.02, 0.5, exponent)
     first = values[1] - slopes[1] * h / exponent
     second = values[2] - slopes[2] * 4 * h / exponent
-    return (4 * first - second) / 3
+    return np.where(exponent > 0, (4 * first - second) / 3, np.nan)
 
 
 BREAKPOINT_COLUMNS: Final = (

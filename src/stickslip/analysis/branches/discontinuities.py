@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.mesh import WIDE, Mesh, Nodes
+from stickslip.analysis.branches.mesh import FLAT, WIDE, Mesh, Nodes
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.results.parts import part
 
@@ -376,16 +376,21 @@ class _Search:
         brackets = Brackets(mesh.probe, low, high, lambda _, *nodes: _more_like_left(*nodes))
         brackets.close(lambda: are_apart(mesh, brackets.left.x, brackets.right.x))
         left, right = brackets.left, brackets.right
-        real = self._is_break(left, right)
+        # At a pole itself there is no value: a gap, of one float.
+        gap = left.ok != right.ok
+        mesh.insert(left.joined(right).take(np.append(gap, gap)))
+        self.follow(*self.new_pairs())
+        real = self._is_break(left, right) & ~gap
         real &= ~np.isin(left.x, self.left.x)
         self._keep(left.take(real), right.take(real))
-        return bool(real.any() and not left_out)
+        return bool((real | gap).any() and not left_out)
 
     def _is_break(self, left: Nodes, right: Nodes) -> Bools:
         """Tell whether adjacent floats differ by more than a smooth function could."""
         with np.errstate(all="ignore"):
             steep = np.abs(left.slope) + np.abs(right.slope)
             smooth_step = np.where(np.isfinite(steep), steep * (right.x - left.x), 0.0)
+            smooth_step = np.where(steps_back(left, right), 0.0, smooth_step)
             step = np.abs(right.value - left.value) - smooth_step - self._noise(left, right)
             bend = np.abs(right.slope - left.slope) / (self.mesh.slope_scale + steep)
         # Where the slope is infinite the quotient is NaN, and a break all the same.
@@ -503,8 +508,18 @@ def is_step(left: Nodes, right: Nodes, scale: float) -> Bools:
         return np.asarray(left.ok & right.ok & real)
 
 
+def steps_back(left: Nodes, right: Nodes) -> Bools:
+    """Tell between which points the value steps against the slopes at both: no smooth one does."""
+    with np.errstate(all="ignore"):
+        step = right.value - left.value
+        rounding = FLAT * np.maximum(np.abs(left.value), np.abs(right.value))
+        against = (left.slope * step < 0) & (right.slope * step < 0)
+        return np.asarray(against & (np.abs(step) > rounding))
+
+
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:
     """Tell which side continues to the middle: by values at a jump, by slopes at a corner."""
+    on_left, on_right = steps_back(left, middle), steps_back(middle, right)
     with np.errstate(all="ignore"):
         off_left = np.abs(middle.value - left.value - left.slope * (middle.x - left.x))
         off_right = np.abs(middle.value - right.value - right.slope * (middle.x - right.x))
@@ -512,4 +527,5 @@ def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:
         by_value = jump > 2 * (np.abs(left.slope) + np.abs(right.slope)) * (right.x - left.x)
         by_slope = np.abs(middle.slope - left.slope) < np.abs(middle.slope - right.slope)
         like_left: Bools = np.where(by_value, off_left < off_right, by_slope)
-    return like_left
+    like_left = np.where(on_left == on_right, like_left, on_right)
+    return np.where(left.ok & right.ok, like_left, middle.ok == left.ok)

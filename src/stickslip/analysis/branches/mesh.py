@@ -126,7 +126,10 @@ class Mesh:
     @property
     def value_scale(self) -> float:
         """Range of the values met so far, the scale of their errors; of the domain if flat."""
-        values = self.nodes.value[self.nodes.ok]
+        # Beside a pole values are as large as floats: what leaves the domain by more than its
+        # width just leaves.
+        lo, hi = self.f.domain
+        values = np.clip(self.nodes.value[self.nodes.ok], 2 * lo - hi, 2 * hi - lo)
         spread = float(np.ptp(values)) if values.size else 0.0
         return spread if spread > 0 else domain_width(self.f)
 
