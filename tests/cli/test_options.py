@@ -313,6 +313,11 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
         ("cycles --preset coulomb --n-starts 0", "--n-starts 0 is not allowed"),
         ("basins --preset coulomb --resolution 2", "--resolution 2.0 must lie"),
         ("orbits --preset law9 --engine exact", "Take --engine 'auto' or 'adaptive'."),
+        (
+            "map --preset coulomb -d 0.9",
+            "(alpha=1.2, beta=1.3, eq. 6a). Take d from model.domain.\n",
+        ),
+        ("map --preset coulomb --friction coulomb:0.2", "is not of the form NAME=VALUE\n"),
         ("orbits --model mine.toml", "(domain= is for Python; this command has no such option)"),
     ],
 )

@@ -158,11 +158,12 @@ def in_options(text: str) -> str:
     lacking: list[str] = []
 
     def told(found: re.Match[str]) -> str:
-        name, given = found["name"], found["given"]
+        name, given, after = found["name"], found["given"], found.string[found.end() :]
         if name in options and (given or "_" in name):
-            value = found.string[found.end() : found.end() + 1].strip(")],.; ")
+            value = after[:1].strip(")],.; ")
             return options[name] + " " * bool(value and given.strip() == "=")
-        if name and given.startswith("="):
+        # With a number behind it, alpha=1.2, it is what a model has.
+        if name and given.startswith("=") and not re.match(r"-?\.?\d", after):
             lacking.append(f"{name}=")
         return found[0]
 

@@ -102,7 +102,7 @@ def test_what_is_written_by_str_is_read_by_parse_law():
         ("exp(-s), forward=exp(-s", "the formula 'exp(-s' ends where ) is expected"),
         ("mu + 0*s, mu=x", "mu = 'x' of a friction law is not a number"),
         ("coulomb", "needs a value for 'mu'"),
-        ("coulomb:mu", "'mu' in 'coulomb:mu' is not of the form parameter=value"),
+        ("coulomb:mu", "'mu' in 'coulomb:mu' is not of the form NAME=VALUE"),
         ("coulomb:mu=", "mu = '' of a friction law is not a number"),
         ("coulomb:mu=x", "mu = 'x' of a friction law is not a number"),
         (

@@ -98,7 +98,7 @@ def _items(items: Sequence[str], text: str) -> dict[str, Any]:
     for item in filter(None, (part.strip() for part in items)):
         key, equals, value = (part.strip() for part in item.partition("="))
         if not equals:
-            raise ValueError(f"{shown(item)} in {shown(text)} is not of the form parameter=value")
+            raise ValueError(f"{shown(item)} in {shown(text)} is not of the form NAME=VALUE")
         if key in values:
             raise ValueError(f"{shown(key)} is given twice in {shown(text)}")
         values[key] = value if key == FORWARD else _number(key, value)
