@@ -341,6 +341,6 @@ def test_a_plateau_on_the_way_of_a_cycle(plateau, undecided):
     f = PiecewiseMap(
         ["2*x", f"{plateau}", "2-2*x"], (0, 1), breakpoints=[plateau / 2, 1 - plateau / 2]
     )
-    found = basins(f)
+    found = basins(f, n_samples=64)
     assert (len(found.attractors), found.undecided) == (1, undecided)
     assert found.share(0) == 1.0 - undecided

@@ -233,8 +233,9 @@ class _Search:
             better = self._polished(shrunk, middle)
             for one in fields(found):
                 getattr(found, one.name)[failed] = getattr(better, one.name)
-            for ends in zip(shrunk.left[lost, 0], shrunk.right[lost, 0], strict=True):
-                self.unresolved.append(Unresolved(HOLE, *map(float, ends), found.points.shape[1]))
+            for k in np.flatnonzero(lost):
+                lo, hi = float(shrunk.left[k, 0]), float(shrunk.right[k, 0])
+                self.unresolved.append(Unresolved(HOLE, lo, hi, found.points.shape[1]))
             kept = np.delete(np.arange(len(brackets)), failed[lost])
             brackets, found = brackets.take(kept), found.take(kept)
         return brackets, found
