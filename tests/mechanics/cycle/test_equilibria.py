@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.sizes import sizes
 
 import stickslip as ss
 from stickslip.mechanics.cycle.hopf import FollowedModes
@@ -35,6 +36,46 @@ def test_constant_friction_without_damping_is_neutral() -> None:
     np.testing.assert_allclose(np.sort(found.eigenvalues.imag)[2:], [1.0, np.sqrt(3.4)], rtol=1e-14)
     assert found.critical_speeds.size == 0
     assert "neutral" in repr(found)
+
+
+@pytest.mark.parametrize(
+    ("damping", "word"), [(0.0, "neutral"), (1e-3, "stable"), (-1e-3, "unstable")]
+)
+@pytest.mark.parametrize("coupling", [0.0, 0.3, 1e12])
+def test_a_slow_mode_keeps_its_stability_beside_fast_ones(damping, word, coupling):
+    """The third body is faster by 1e10; the first two swing against each other, too."""
+    beside = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+    model = ss.Structure(
+        mass=[1, 2, 1e-7],
+        stiffness=np.diag([1.0, 3.0, 1e13]) + coupling * beside,
+        damping=damping * np.diag([1, 1, 1e-7]),
+        contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=1.0)],
+    )
+    (found,) = ss.equilibria(model)
+    assert f", {word}" in repr(found)
+    slow = found.eigenvalues[np.argmin(abs(found.eigenvalues))]
+    matrix = np.diag([1.0, 3.0]) / [[1], [2]] + coupling * beside[:2, :2] / [[1], [2]]
+    frequency = np.sqrt(np.linalg.eigvals(matrix).min())
+    assert abs(slow.imag) == pytest.approx(frequency, rel=1e-6 if coupling < 1.0 else 1e-3)
+
+
+@pytest.mark.parametrize("n_plants", sizes(60, 2000))
+def test_random_plants_without_damping_are_neutral(n_plants: int) -> None:
+    """Springs and whirling forces, which do no work, of rates apart by up to 1e3."""
+    rng = np.random.default_rng(5)
+    for _ in range(n_plants):
+        n = int(rng.integers(1, 6))
+        spread, turned = 10.0 ** rng.uniform(-1.5, 1.5, n), rng.normal(size=(n, n))
+        bent, heavy = rng.normal(size=(n, n)) * spread, rng.normal(size=(n, n))
+        model = ss.Structure(
+            mass=heavy @ heavy.T + 0.1 * np.eye(n),
+            stiffness=bent.T @ bent + np.diag(spread**2),
+            damping=turned - turned.T,
+            contacts=[ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=1.0)],
+        )
+        (found,) = ss.equilibria(model)
+        assert found.neutral, found
+        assert not found.eigenvalues.real.any()
 
 
 def test_small_motions_grow_as_the_eigenvalues_say() -> None:
@@ -176,10 +217,10 @@ def test_points_are_told_apart_that_lie_closer_than_their_growth_rates_show() ->
 
 
 def test_modes_that_are_neutral_between_two_values_do_not_cross_there() -> None:
-    """They part on both sides of p = 0; between, a rate of -1e-15 is rounding."""
+    """They part on both sides of p = 0."""
 
     def eigenvalues(p: float) -> np.ndarray:
-        upper = 1j - 1e-15 + np.sqrt(complex(p**2 - 0.3**2)) * np.array([1.0, -1.0])
+        upper = 1j + np.sqrt(complex(p**2 - 0.3**2)) * np.array([1.0, -1.0])
         return np.concatenate([upper, upper.conj()])
 
     assert FollowedModes(eigenvalues, np.arange(-5.4, 6.0)).crossings() == []

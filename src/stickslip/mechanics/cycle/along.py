@@ -11,7 +11,7 @@ from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, P
 from stickslip.analysis.continuation.follower import contained
 from stickslip.checks import checked_interval
 from stickslip.mechanics.cycle.equilibria import Equilibrium, equilibrium_at
-from stickslip.mechanics.cycle.hopf import NEUTRAL, FollowedModes, effect
+from stickslip.mechanics.cycle.hopf import FollowedModes, effect
 from stickslip.mechanics.cycle.sliding import Model, steady_states
 from stickslip.mechanics.model.arguments import checked_parameter
 from stickslip.results.parts import part
@@ -94,7 +94,7 @@ def follow_equilibrium(
         parameters={parameter: values},
         points=points,
         multipliers=spectra,
-        stable=spectra.real.max(axis=1) < -NEUTRAL * np.abs(spectra).max(axis=1),
+        stable=spectra.real.max(axis=1) < 0.0,
         ends=(
             CurveEnd("end of range", {parameter: low}, points[0], spectra[0]),
             CurveEnd("end of range", {parameter: high}, points[-1], spectra[-1]),

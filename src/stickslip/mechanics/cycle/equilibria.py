@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.checks import checked_interval, shown
-from stickslip.mechanics.cycle.hopf import NEUTRAL, HopfPoint, hopf_points
+from stickslip.mechanics.cycle.hopf import HopfPoint, hopf_points
 from stickslip.mechanics.cycle.neutral import NeutralFamily, neutral_family
 from stickslip.mechanics.cycle.sliding import Model, Steady, modes_about, steady_states
 from stickslip.mechanics.model.arguments import checked_model
@@ -168,14 +168,13 @@ def equilibrium_at(
     """Describe steady sliding and its stability."""
     values = modes_about(model.plant, model.laws, steady).values
     largest = float(values[0].real)
-    neutral = abs(largest) <= NEUTRAL * np.abs(values).max()
     return Equilibrium(
         x=steady.x,
         w=steady.w,
         V=model.V,
         eigenvalues=values,
-        stable=largest < 0.0 and not neutral,
-        neutral=neutral,
+        stable=largest < 0.0,
+        neutral=largest == 0.0,
         speeds=speeds,
         model=model,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
@@ -17,6 +18,7 @@ from stickslip.mechanics.cycle.sliding import (
     modes,
     steady_displacements,
 )
+from stickslip.numerics.zeros import halved
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
 
 
 N_SPEEDS: Final = 400
-NEUTRAL: Final = 1e-12  # of the largest frequency: growth rates this small are rounding
 SAME: Final = 1e-11  # relative: speeds that rounding tells apart
 DEGENERATE: Final = 1e-9  # of the sizes that cancel in it: a Lyapunov coefficient of no sign
 SPEED_STEP: Final = 1e-5  # relative, of the central difference of the growth rate
@@ -139,18 +140,17 @@ class FollowedModes:
         for k in range(1, len(rows)):
             rows[k] = rows[k][nearest(rows[k - 1], rows[k])]
         self.values = np.array(rows)  # a column each mode
-        self.rates = np.array([_growth_rates(row) for row in rows])
+        self.rates = self.values.real
 
     def crossings(self) -> list[tuple[float, complex]]:
         """Values at which pairs cross the imaginary axis, ascending, and the upper mode of each."""
         found: list[tuple[float, int]] = []
-        least = NEUTRAL * float(np.abs(self.values).max())
         for mode, rates in enumerate(self.rates.T):
 
             def rate(value: float, mode: int = mode) -> float:
                 return self._at(value, mode).real
 
-            for low, high in _brackets(rate, self.grid, rates, least):
+            for low, high in _brackets(rate, self.grid, rates):
                 if max(self._at(end, mode).imag for end in (low, high)) > 0.0:
                     found.append((float(brentq(rate, low, high, xtol=1e-300, rtol=1e-15)), mode))
         crossed: list[tuple[float, complex]] = []
@@ -201,8 +201,10 @@ class FollowedModes:
             k = np.argmin(off)
             return np.array([means[k], squares[k]])
 
-        a, b = sorted(self.grid[ends].tolist())
-        value = float(brentq(lambda p: float(near(p)[1].real), a, b, xtol=1e-300, rtol=1e-15))
+        def apart_at(value: float) -> bool:
+            return bool(near(value)[1].real * start[1].real > 0.0)
+
+        value, _ = halved(apart_at, *self.grid[ends].tolist(), sys.float_info.mant_dig)
         return value, complex(near(value)[0])
 
     @staticmethod
@@ -216,22 +218,15 @@ def nearest(modes: Complexes, values: Complexes) -> NDArray[np.intp]:
     return np.asarray(linear_sum_assignment(np.abs(modes[:, None] - values))[1])
 
 
-def _growth_rates(values: Complexes) -> Floats:
-    """Real parts; exactly 0 where rounding explains the difference."""
-    rates = values.real.copy()
-    rates[np.abs(rates) <= NEUTRAL * np.abs(values).max()] = 0.0
-    return rates
-
-
 def effect(below: Complexes, above: Complexes) -> int:
     """1 if steady sliding begins to be unstable, -1 if it ceases to be, 0 if it does neither."""
-    return int(_growth_rates(above).max() > 0.0) - int(_growth_rates(below).max() > 0.0)
+    return int(above.real.max() > 0.0) - int(below.real.max() > 0.0)
 
 
 def _brackets(
-    rate: Callable[[float], float], grid: Floats, values: Floats, least: float
+    rate: Callable[[float], float], grid: Floats, values: Floats
 ) -> list[tuple[float, float]]:
-    """Intervals over which a function changes its sign, for `least` in between."""
+    """Intervals over which a function changes its sign."""
     brackets: list[tuple[float, float]] = []
     for k in range(len(grid) - 1):
         if values[k] * values[k + 1] < 0:
@@ -245,7 +240,7 @@ def _brackets(
             ends = float(grid[k - 1]), float(grid[k + 1])
             sign = float(np.sign(values[k]))
             lowest = minimize_scalar(lambda V, s=sign: s * rate(V), bounds=ends, method="bounded")
-            if sign * rate(float(lowest.x)) < -least:
+            if sign * rate(float(lowest.x)) < 0.0:
                 brackets += [(ends[0], float(lowest.x)), (float(lowest.x), ends[1])]
     return brackets
 
@@ -259,7 +254,7 @@ def _points(model: Model, V: float, crossing: Sequence[complex]) -> list[HopfPoi
     changes = effect(*beside) != 0
     found = []
     for k in sorted(nearest(np.array(crossing), linear.values).tolist()):
-        rates = (_growth_rates(each)[np.argmin(np.abs(each - linear.values[k]))] for each in beside)
+        rates = (each[np.argmin(np.abs(each - linear.values[k]))].real for each in beside)
         before, after = map(float, rates)
         found.append(_point(here, linear, k, (after - before) / (2 * step), changes))
     return found

@@ -29,7 +29,7 @@ class Modes(NamedTuple):
     """Linear motions about steady sliding: z' = matrix z; of blocks z = (displacements, w)."""
 
     matrix: Floats
-    values: Complexes  # by descending real part; free turning of the whole, if any, left out
+    values: Complexes  # by descending real part, 0 if within rounding; without free turning
     vectors: Complexes  # columns
 
 
@@ -158,13 +158,30 @@ def linear_modes(model: Model) -> Modes:
 def _sorted_modes(matrix: Floats, plant: Plant, friction: Floats | float = 0.0) -> Modes:
     if plant.elastic:
         matrix = _without_feet(matrix, plant, friction)
-    values, vectors = np.linalg.eig(matrix)
+    values, vectors = _eigenvalues(matrix)
     if plant.n_positions:
         zeros = plant.turning.shape[1] + plant.n_contacts - len(plant.independent)
         kept = np.sort(np.argsort(np.abs(values))[zeros:])
         values, vectors = values[kept], vectors[:, kept]
     order = np.lexsort((-values.imag, -values.real))
-    return Modes(matrix, values[order].astype(complex), vectors[:, order].astype(complex))
+    return Modes(matrix, values[order], vectors[:, order])
+
+
+def _eigenvalues(matrix: Floats) -> tuple[Complexes, Complexes]:
+    """Eigenvalues and vectors; a real part that rounding explains is 0."""
+    from scipy.linalg import eig, matrix_balance  # not for the first value
+
+    # A change E of the matrix moves an eigenvalue with the vectors y (left) and x by
+    # y^H E x / (y^H x). Rounding is a real E, of the size of n eps times the balanced matrix.
+    balanced, scale = matrix_balance(matrix)
+    values, left, right = eig(balanced, left=True, right=True)
+    rounding = len(matrix) * np.finfo(float).eps * float(np.linalg.norm(balanced))
+    for k, (y, x) in enumerate(zip(left.T.conj(), right.T, strict=True)):
+        along = y @ x  # 0 where modes meet
+        felt = float(np.linalg.norm((np.outer(y, x) * np.conj(along)).real))
+        if abs(values[k].real) * abs(along) ** 2 <= rounding * felt:
+            values[k] = 1j * values[k].imag
+    return values.astype(complex), (scale @ right).astype(complex)
 
 
 def _without_feet(matrix: Floats, plant: Plant, friction: Floats | float) -> Floats:
