@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.mechanics.cycle.mode_changes import touches
+from stickslip.mechanics.cycle.shooting import Shooter
 
 UNITS = [(1e-9, 1.0), (1e-9, 1e-6), (1e-6, 1e-3), (1e3, 1e5)]  # metres, seconds in one of ours
 
@@ -70,3 +72,41 @@ def test_units_change_no_cycle_that_is_found(length, time):
     (numbers, *counts), (expected, *known) = found(length, time), found(1.0, 1.0)
     np.testing.assert_allclose(numbers, expected, rtol=1e-10, atol=1e-10)
     assert counts == known
+
+
+def rubbing(length: float, time: float) -> ss.Structure:
+    """Two bodies whose cycle goes through changes of its modes as the belt becomes slower."""
+    k, c, v = time**-2, 1.0 / time, length / time
+    law = ss.PoppStelter(gamma=1.0 / v)
+    return ss.Structure(
+        mass=[1.0, 1.5],
+        stiffness=k * np.array([[2.2, -1.2], [-1.2, 2.2]]),
+        damping=c * np.diag([0.1, 0.15]),
+        contacts=[
+            ss.Contact(at=i, static=limit * length * k, friction=law, V=0.3 * v)
+            for i, limit in enumerate([1.0, 1.3])
+        ],
+    )
+
+
+@pytest.mark.parametrize(("length", "time"), UNITS)
+def test_units_change_no_clearance_of_derivatives(length, time):
+    def found(a: float, b: float) -> list[float]:
+        x, v = np.array([0.1, 0.2]) * a, np.array([0.2, 0.1]) * a / b
+        rates = ss.simulate(rubbing(a, b), x, v, t_end=30 * b).derivative("mass_1")
+        return [rates.status, rates.t_end / b, rates.margin, rates.margin_time / b]
+
+    np.testing.assert_allclose(found(length, time), found(1.0, 1.0), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("length", "time"), UNITS)
+def test_units_change_no_room_that_a_motion_has_from_other_modes(length, time):
+    def found(a: float, b: float) -> list[tuple[str, int, float]]:
+        shooter = Shooter(rubbing(a, b), tangents=False)
+        start = shooter.start(np.array([0.1, 0.2]) * a, np.array([0.2, 0.1]) * a / b)
+        return [(each.kind, each.block, each.room) for each in touches(shooter, start, 30 * b)]
+
+    *names, rooms = zip(*found(length, time), strict=True)
+    *known, expected = zip(*found(1.0, 1.0), strict=True)
+    assert names == known
+    np.testing.assert_allclose(rooms, expected, rtol=1e-9)

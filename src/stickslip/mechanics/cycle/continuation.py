@@ -351,7 +351,8 @@ class _CycleFollower(Follower):
         beside = partners(self.shooting, last, (self.low, self.high))
         outcome = None if beside is None else beside.outcome
         # The walk has halved its steps down to rounding: what is left is its last one.
-        error = max(abs(touch.room) ** 2, 4e-16 * abs(last.parameter), 2.0 * last.step)
+        step = 2.0 * last.step * float(self.curve.scale[-1])
+        error = max(max(touch.room**2, 4e-16) * abs(last.parameter), step)
         block = touch.block + 1
         what = f"block {block}{TOLD[outcome]}"
         half.note(self.event(touch.kind, last, error, what=what, block=block, outcome=outcome))

@@ -31,7 +31,7 @@ class Touch(NamedTuple):
 
     # grazing: a slip turns back `room` (of velocity) before the belt, or beyond it (negative).
     # limit: a rider's needed force turns back. landing: static limit to spare; negative: no stick.
-    # tie: two blocks have events `room` apart in time.
+    # tie: two blocks have events `room` apart in time. All in orders of magnitude of the plant.
     kind: TouchKind
     time: float
     block: int  # from 0
@@ -70,7 +70,14 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
                 if at_once or (i != last[1] and (alone or t > last[0])):
                     found.append(Touch("tie", t, int(i), 0.0 if at_once else t - last[0]))
                 last = (t, int(i))
-    return sorted(found, key=lambda touch: abs(touch.room))
+    known = orders(shooter.model.plant)
+
+    def in_orders(touch: Touch) -> Touch:
+        forces = known.force[touch.block]
+        unit = {"grazing": known.velocity, "tie": known.time}.get(touch.kind, forces)
+        return touch._replace(room=float(touch.room / unit))
+
+    return sorted(map(in_orders, found), key=lambda touch: abs(touch.room))
 
 
 def _barely_landed(signal: Floats, time: float, block: int, h: float) -> list[Touch]:
@@ -93,8 +100,8 @@ def _inside(
         if work.joint is not None:
             force = work.joint.force[block]
         else:
-            row, orders = motion.y.size + block, range(1, kernels.ORDER + 1)
-            later = (kernels.row_coefficient(shooter.system, work, row, k) for k in orders)
+            row, powers = motion.y.size + block, range(1, kernels.ORDER + 1)
+            later = (kernels.row_coefficient(shooter.system, work, row, k) for k in powers)
             force = np.array([needed, *later])
         signals = [("limit", work.limit[block] + sign * force) for _, sign in SIDES]
         if block in shooter.model.plant.elastic:  # at its limit it has just landed, and turns back

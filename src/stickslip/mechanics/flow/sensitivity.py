@@ -22,6 +22,7 @@ from stickslip.mechanics.flow.recorder import BlocksRecorder, phase_starts, plac
 from stickslip.mechanics.flow.slip import SlipTracker, leaves_belt
 from stickslip.mechanics.flow.system import AT_UPPER_LIMIT, LANDING, STICK
 from stickslip.mechanics.model.arguments import Model
+from stickslip.mechanics.model.orders import orders
 from stickslip.mechanics.model.plant import TINY
 from stickslip.results.parts import part, register
 from stickslip.results.result import Result
@@ -39,9 +40,9 @@ if TYPE_CHECKING:
 
 register(TangentSteps)
 
-# Clearance, of a model's numbers of order one, below which rounding may decide an event.
+# Clearance, of the model's orders of magnitude, below which rounding may decide an event.
 NO_CLEARANCE: Final = 1e-12
-# Of 1 + t: events of two computations of one motion that are further apart are not the same.
+# Of the motion's order of time + t: events of two computations that are further apart are not one.
 SAME_EVENT: Final = 1e-6
 
 
@@ -71,8 +72,9 @@ class Sensitivity(Result):
     t_end : float
         Time up to which there are derivatives; all that is later is NaN.
     margin : float
-        Least clearance on the way, as of ``EventMapResult.margin``: how near an event is to
-        appear, to vanish or to meet another one. Differences over a step that takes it up differ.
+        Least clearance on the way, as of ``EventMapResult.margin``, in powers of ten of the plant's
+        forces, velocities and times: how near an event is to appear, to vanish or to meet another
+        one. Differences over a step that takes it up differ.
     margin_time : float
         When that was.
     status : int
@@ -323,7 +325,8 @@ class TangentRecorder(BlocksRecorder):
         super().__init__(engine, model, rtol=rtol, dense=False)
         self.directions = _Directions(engine, model, names)
         self.motion = engine.new_motion(self.directions.rows)
-        self.work.watch[0] = 1.0
+        self.orders = orders(model.plant)
+        self.work.watch[:] = 1.0, self.orders.velocity, *self.orders.force
         self.tangents: list[tuple[Floats, Floats]] = []
         self.margins: list[float] = []  # of each step and the event that ends it
         self.touches: list[float] = []  # times
@@ -354,8 +357,8 @@ class TangentRecorder(BlocksRecorder):
 
     def _room(self, of: NDArray[np.bool_]) -> float:
         """Least distance of some contacts' needed forces from their limits."""
-        motion = self.motion
-        return float(np.min(np.abs(motion.limit - np.abs(motion.e))[of], initial=math.inf))
+        room = np.abs(self.motion.limit - np.abs(self.motion.e)) / self.orders.force
+        return float(np.min(room[of], initial=math.inf))
 
     def _advance(self, cap: float) -> tuple[float, int]:
         self.work.margin[0] = math.inf
@@ -365,23 +368,23 @@ class TangentRecorder(BlocksRecorder):
         return t, status
 
     def _settle(self) -> bool:
-        motion, time = self.motion, float(self.motion.clock[0])
+        motion, time, unit = self.motion, float(self.motion.clock[0]), self.orders
         here = np.flatnonzero(motion.event)
         rests = (motion.mode == STICK) & (motion.event == 0)
         margin = min(self._room(rests), float(self.work.margin[0]))
         for each in here:
             if motion.event[each] == LANDING:
-                room = motion.limit[each] - abs(motion.e[each])
-                margin = min(margin, abs(room), abs(self.work.rates[each]))
+                speed = abs(self.work.rates[each]) / unit.velocity
+                margin = min(margin, self._room(np.arange(len(rests)) == each), speed * unit.time)
             elif motion.joint is None:
                 side = 1.0 if motion.event[each] == AT_UPPER_LIMIT else -1.0
                 rate = excess_rate(self.engine.system, motion, self.work.rates, int(each), side)
-                margin = min(margin, abs(rate))
+                margin = min(margin, abs(rate) / unit.force[each] * unit.time)
         before, contact = self._last
         if len(here) > 1 and motion.joint is None:
             margin = 0.0
         elif here[0] != contact:
-            margin = min(margin, time - before)
+            margin = min(margin, (time - before) / unit.time)
         self._last = time, int(here[0])
         if np.isnan(motion.shift).any():
             margin = 0.0
@@ -447,7 +450,7 @@ def _repeated(recorder: TangentRecorder, trajectory: Trajectory) -> Recorded:
     end = float(t[-1])
     # The event that ended a motion may come a rounding later in another engine.
     at_event = len(t) > 1 and bool((mode[-1] != mode[-2]).any())
-    spare = SAME_EVENT * (1.0 + end) if at_event else 0.0
+    spare = SAME_EVENT * (recorder.orders.time + end) if at_event else 0.0
     for _ in recorder.follow(end + spare, sys.maxsize, until_stick=False):
         if at_event and recorder.t >= end - spare and (recorder.mode == mode[-1]).all():
             break
@@ -459,7 +462,7 @@ def _result(trajectory: Trajectory, recorder: TangentRecorder, record: Recorded)
     end = float(trajectory.t[-1])
     tangent, clock = (np.array(each) for each in zip(*recorder.tangents, strict=True))
     z = np.array([step.state for step in recorder.record])[:, : -recorder.plant.n_contacts]
-    t_end = min([_agreement(trajectory, record), *recorder.touches])
+    t_end = min([_agreement(trajectory, record, recorder.orders.time), *recorder.touches])
     margins = np.array(recorder.margins)
     margins[record.t > t_end] = math.inf
     least = int(np.argmin(margins))
@@ -486,13 +489,13 @@ def _result(trajectory: Trajectory, recorder: TangentRecorder, record: Recorded)
     )
 
 
-def _agreement(trajectory: Trajectory, record: Recorded) -> float:
+def _agreement(trajectory: Trajectory, record: Recorded, unit: float) -> float:
     """Time up to which a motion has the phases of a trajectory."""
     starts = phase_starts(record.mode)
     times, modes = record.t[starts], record.mode[starts]
     for k, (time, mode) in enumerate(zip(trajectory.t, trajectory.modes, strict=False)):
         if k == len(times) or (modes[k] != mode).any():
             return float(min(time, times[min(k, len(times) - 1)]))
-        if abs(times[k] - time) > SAME_EVENT * (1.0 + time):
+        if abs(times[k] - time) > SAME_EVENT * (unit + time):
             return float(min(time, times[k]))
     return float(trajectory.t[-1])

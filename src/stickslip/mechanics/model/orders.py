@@ -17,10 +17,12 @@ if TYPE_CHECKING:
 
 
 class Orders(NamedTuple):
-    """Powers of ten but for the limits, so that ordinary dimensionless models share theirs: 1."""
+    """Powers of ten, states times limits, so that ordinary dimensionless models share theirs: 1."""
 
     time: float  # of the slowest contact, over a radian
     state: Floats  # (n,), of (y, w)
+    velocity: float
+    force: Floats  # (m,), of the limits
 
 
 @lru_cache(maxsize=64)
@@ -40,7 +42,8 @@ def orders(plant: Plant) -> Orders:
         reached = np.abs(response) * plant.static / rate ** np.arange(1, 3)[:, None, None]
         moved = reached.max(axis=(0, 2))[plant.kept]
         state[:n_free] = np.where(moved > 0.0, moved, velocity)
-    return Orders(float(order(1.0 / rate.min())), state)
+    time, speed = float(order(1.0 / rate.min())), float(order(velocity))
+    return Orders(time, state, speed, order(plant.static))
 
 
 def order(values: ArrayLike) -> Floats:

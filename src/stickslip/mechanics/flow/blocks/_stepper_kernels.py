@@ -652,11 +652,11 @@ def watch_step(system: BlockSystem, motion: BlockMotion, work: BlockWork, h: flo
     for i in range(motion.mode.shape[0]):
         if motion.mode[i] != 0:
             slip_signal(motion, work, i)
-            margin = min(margin, clearance(work.signal, h))
+            margin = min(margin, clearance(work.signal, h) / work.watch[1])
         elif is_exposed(system, motion, work, i):
             for event in (AT_UPPER_LIMIT, AT_LOWER_LIMIT):
                 ride_signal(system, motion, work, i, event)
-                margin = min(margin, clearance(work.signal, h))
+                margin = min(margin, clearance(work.signal, h) / work.watch[2 + i])
     return margin
 
 

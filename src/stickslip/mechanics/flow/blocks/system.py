@@ -274,7 +274,7 @@ class BlockWork(NamedTuple):
     bends: Bools  # (n - m,): whether y is one of them
     n_active: Ints
     margin: Floats
-    watch: Floats
+    watch: Floats  # whether to; units of clearances: of velocity, of force at each contact
 
 
 def new_block_work(system: BlockSystem, n_rows: int, order: int) -> BlockWork:
@@ -302,5 +302,5 @@ def new_block_work(system: BlockSystem, n_rows: int, order: int) -> BlockWork:
         bends=np.zeros(n - m, dtype=np.bool_),
         n_active=np.zeros(2, dtype=np.int64),
         margin=np.full(1, np.inf),
-        watch=np.zeros(1),
+        watch=np.array([0.0, *np.ones(1 + m)]),
     )
