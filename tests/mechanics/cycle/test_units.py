@@ -110,3 +110,10 @@ def test_units_change_no_room_that_a_motion_has_from_other_modes(length, time):
     *known, expected = zip(*found(1.0, 1.0), strict=True)
     assert names == known
     np.testing.assert_allclose(rooms, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("length", "time"), UNITS)
+def test_units_change_no_state_that_is_drawn(length, time):
+    here, known = (rubbing(a, b).sample_state(3) for a, b in [(length, time), (1.0, 1.0)])
+    np.testing.assert_allclose(here[0], known[0] * length, rtol=1e-12)
+    np.testing.assert_allclose(here[1], known[1] * length / time, rtol=1e-12)

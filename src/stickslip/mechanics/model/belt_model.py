@@ -14,6 +14,7 @@ from stickslip.checks import dimensions, finite_number, real_numbers, shown, who
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.contact import Harmonic, harmonic_of
+from stickslip.mechanics.model.orders import orders
 from stickslip.mechanics.model.plant import ROUNDING, TINY, Numbers, Plant, Reduced, derivative
 from stickslip.numerics.arrays import applied
 from stickslip.vocabulary import did_you_mean
@@ -491,9 +492,10 @@ class BeltModel(ABC):
         """Draw a legal state (x, v), each of shape (n_blocks,), for `stickslip.simulate`.
 
         Needed forces are uniform within the static limits; velocities are the belt's if
-        `riding`, else within one unit of f_s1 / sqrt(k m) of it.
+        `riding`, else within one unit of f_s1 / sqrt(k m) of it, to the nearest power of ten.
         """
-        return self.plant.sample_state(rng, riding=riding)
+        speed = orders(self.plant).velocity
+        return self.plant.sample_state(rng, riding=riding, speed=speed)
 
 
 @cache

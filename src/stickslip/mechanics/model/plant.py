@@ -559,13 +559,13 @@ class Plant:
         return [np.flatnonzero(row).tolist() for row in coupled & ~np.eye(len(coupled), dtype=bool)]
 
     def sample_state(
-        self, rng: np.random.Generator | int | None = None, *, riding: bool = False
+        self, rng: np.random.Generator | int | None, *, riding: bool, speed: float
     ) -> tuple[Floats, Floats]:
-        """Draw a legal state, displacements and velocities; see `BeltModel`."""
+        """Draw a legal state, displacements and velocities, slip up to `speed`; see `BeltModel`."""
         generator = random_generator("rng", rng)
         m, n_waves = self.n_contacts, self.n_waves
         n_free = self.reduced.n_free - n_waves
-        w = np.zeros(m) if flag("riding", riding) else generator.uniform(-1.0, 1.0, size=m)
+        w = np.zeros(m) if flag("riding", riding) else generator.uniform(-speed, speed, size=m)
         z = np.concatenate([np.zeros(n_free), w])
         rest = self.rows(z)[1]
         first = self.reduced.n_free
