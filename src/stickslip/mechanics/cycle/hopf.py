@@ -204,7 +204,8 @@ class FollowedModes:
         def apart_at(value: float) -> bool:
             return bool(near(value)[1].real * start[1].real > 0.0)
 
-        value, _ = halved(apart_at, *self.grid[ends].tolist(), sys.float_info.mant_dig)
+        a, b = self.grid[ends].tolist()
+        value, _ = halved(apart_at, a, b, sys.float_info.mant_dig)
         return value, complex(near(value)[0])
 
     @staticmethod

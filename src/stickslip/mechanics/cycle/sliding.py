@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -174,7 +174,8 @@ def _eigenvalues(matrix: Floats) -> tuple[Complexes, Complexes]:
     # A change E of the matrix moves an eigenvalue with the vectors y (left) and x by
     # y^H E x / (y^H x). Rounding is a real E, of the size of n eps times the balanced matrix.
     balanced, scale = matrix_balance(matrix)
-    values, left, right = eig(balanced, left=True, right=True)
+    found: Any = eig(balanced, left=True, right=True)
+    values, left, right = found
     rounding = len(matrix) * np.finfo(float).eps * float(np.linalg.norm(balanced))
     for k, (y, x) in enumerate(zip(left.T.conj(), right.T, strict=True)):
         along = y @ x  # 0 where modes meet
