@@ -75,7 +75,7 @@ export class PortraitView extends View {
   update() {
     const { arrays } = this.app.clock;
     const { block } = this;
-    if (!arrays) this.of = this.x = this.v = this.rides = this.whole = undefined;
+    if (!arrays) this.of = undefined;
     const contact = this.answer("motion")?.parts[0]?.data.contacts[block];
     const count = arrays ? arrays.mode.length / arrays.t.length : 0;
     if (!this.of) this.panel.name(contactName(this.app.state.model, { bodies: [], elastic: false }, block));
@@ -97,12 +97,13 @@ export class PortraitView extends View {
       this.rides = this.v.map((v, k) => (rides[k] ? v : NaN));
       this.whole = around([this.x], [this.v], [arrays.x, arrays.v]);
     }
-    this.plot.setView(this.app.state.windows[this.id] ?? this.whole ?? around([], []));
+    const whole = this.of ? this.whole : undefined;
+    this.plot.setView(this.app.state.windows[this.id] ?? whole ?? around([], []));
   }
 
   /** @override */
   sentence() {
-    if (!this.rides) return "";
+    if (!this.of || !this.rides) return "";
     const { t } = this.of;
     let riding = 0;
     for (let k = 1; k < t.length; k++) if (!Number.isNaN(this.rides[k])) riding += t[k] - t[k - 1];
@@ -112,7 +113,7 @@ export class PortraitView extends View {
 
   paint() {
     const { plot } = this;
-    if (!this.x || !this.v) return plot.message(this.emptyText("motion"));
+    if (!this.of || !this.x || !this.v) return plot.message(this.emptyText("motion"));
     const of = colors();
     plot.horizontal(this.V, { color: of.muted, width: 1, dash: [5, 4] });
     plot.line(this.x, /** @type {any} */ (this.slips), { width: 1 });
