@@ -127,6 +127,38 @@ def test_what_turns_freely_is_told_its_speed_by_structures_in_positions_too() ->
     assert fast.x[0] - fast.x[1] == pytest.approx(law.force(fast.w[0]) / 2.0, rel=1e-13)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-9])  # of length
+@pytest.mark.parametrize("discs", [1, 2])
+def test_what_no_damper_feels_goes_on_at_the_speed_that_friction_allows(
+    discs: int, unit: float
+) -> None:
+    law = ss.PoppStelter(gamma=2.0 / unit, delta=0.3)  # 1/(1 + w) above slip, in its unit
+    model = ss.Structure(
+        mass=np.array([1.0, 0.3])[-discs:] / unit,
+        stiffness=[0.0] if discs == 1 else np.array([[2.0, -2.0], [-2.0, 2.0]]) / unit,
+        contacts=[ss.Contact(at=discs - 1, friction=law)],
+        force=[0.5, 0.0][:discs],
+    )
+    speeds = np.geomspace(1e-6, 1e4, 100_001) * unit
+    off = law.force(speeds) - 0.5
+    expected = speeds[:-1][off[1:] * off[:-1] < 0.0]
+    found = ss.equilibria(model)
+    assert len(found) == len(expected) > 0
+    for one, w in zip(sorted(found, key=lambda one: one.w[0]), expected, strict=True):
+        assert one.w[0] == pytest.approx(w, rel=1e-3)
+        assert law.force(float(one.w[0])) == pytest.approx(0.5, rel=1e-13)
+        if discs == 1:
+            growth = -law.slope(float(one.w[0])) / model.plant.mass[0]
+            assert one.eigenvalues == pytest.approx([growth], rel=1e-12)
+
+
+def test_what_neither_dampers_nor_contacts_feel_has_no_steady_speed() -> None:
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=1.0)
+    free = ss.Structure(mass=[2.0, 1.0], stiffness=[0.0, 0.0], contacts=[contact])
+    with pytest.raises(ValueError, match="any will do"):
+        ss.equilibria(free)
+
+
 @pytest.mark.slow  # tests/studies/test_drill_string.py follows such cycles in every run
 @pytest.mark.parametrize("followed", [1, 2])
 def test_a_drill_string_sticks_and_slips_with_and_without_its_angle(followed: int) -> None:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stickslip.mechanics.friction.code import law_code
 from stickslip.mechanics.model.belt_model import BeltModel
+from stickslip.mechanics.model.orders import orders
+from stickslip.mechanics.model.plant import unfelt
 
 if TYPE_CHECKING:
     from stickslip.mechanics.friction.law import FrictionLaw
@@ -79,21 +82,48 @@ def _at_speed(model: Model, V: float) -> Plant:
 
 def _balance(plant: Plant, laws: Sequence[FrictionLaw], w: Floats) -> tuple[Floats, Floats, Floats]:
     """Positions, velocities, and velocities at contacts where forces balance at slips (k, m)."""
-    n_q, turning = plant.n_positions, plant.turning
+    n_q, turning, guides = plant.n_positions, plant.turning, _guides(plant)
     share = np.sign(w) * _forces(laws, w * np.ones(plant.n_contacts))  # friction: -share * limit
     drag = plant.into * share[:, None]
-    by_position = plant.stiffness + drag @ plant.load[:, :n_q]
-    by_velocity = (plant.damping + drag @ plant.load[:, n_q:]) @ turning
-    matrix = np.concatenate([by_position, by_velocity], axis=2)
-    force = plant.force - drag @ plant.static
-    if n_q:  # the middle of all places that turning leads to
-        gauge = np.zeros((len(w), turning.shape[1], matrix.shape[2]))
-        gauge[:, :, :n_q] = turning.T
-        matrix = np.concatenate([matrix, gauge], axis=1)
-        force = np.concatenate([force, gauge[:, :, 0] * 0.0], axis=1)
-    unknown = np.linalg.solve(matrix, force[..., None])[..., 0]
+    damping = plant.damping + plant.into * guides @ plant.out
+    matrix = _matrix(
+        plant, plant.stiffness + drag @ plant.load[:, :n_q], damping + drag @ plant.load[:, n_q:]
+    )
+    force = plant.force - drag @ plant.static + (guides * (plant.V + w)) @ plant.into.T
+    rest = np.zeros((len(w), matrix.shape[1] - force.shape[1]))
+    unknown = np.linalg.solve(matrix, np.concatenate([force, rest], axis=1)[..., None])[..., 0]
     v = unknown[:, n_q:] @ turning.T
     return unknown[:, :n_q], v, v @ plant.out.T
+
+
+def _matrix(plant: Plant, stiffness: Floats, damping: Floats) -> Floats:
+    """Say what forces positions and turning make, and where the middle of what turns is."""
+    turning = plant.turning
+    matrix = np.concatenate([stiffness, damping @ turning], axis=-1)
+    if not plant.n_positions:
+        return matrix
+    gauge = np.zeros((*matrix.shape[:-2], turning.shape[1], matrix.shape[-1]))
+    gauge[..., : plant.n_positions] = turning.T
+    return np.concatenate([matrix, gauge], axis=-2)
+
+
+@lru_cache(maxsize=64)
+def _guides(plant: Plant) -> Floats:
+    """Return dampers, one at each contact, between its velocity and that of the slip asked for.
+
+    None but where something turns that no damper feels, whose speed friction alone decides. Their
+    forces vanish where both velocities agree: in steady sliding.
+    """
+    if not unfelt(_matrix(plant, plant.stiffness, plant.damping)).size:
+        return np.zeros(plant.n_contacts)
+    guides = plant.static / orders(plant).velocity
+    damping = plant.damping + plant.into * guides @ plant.out
+    if unfelt(_matrix(plant, plant.stiffness, damping)).size:
+        raise ValueError(
+            "what turns freely has no steady speed of its own where neither dampers nor contacts "
+            "feel it: any will do. Give it a damper or a spring."
+        )
+    return guides
 
 
 def _forces(laws: Sequence[FrictionLaw], w: Floats) -> Floats:
