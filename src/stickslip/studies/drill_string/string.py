@@ -206,7 +206,11 @@ def computed_long_hopf(n: int = ELEMENTS) -> tuple[float, float]:
         values = max(found, key=lambda each: float(each.w[0])).eigenvalues
         return complex(values[np.argmax(values.real)])
 
-    drive = float(brentq(lambda u: first(u).real, 15.0, 30.0, xtol=1e-14))
+    # Growth rates within rounding are 0: the middle of two that are not.
+    sides = (
+        brentq(lambda u, r=r: first(u).real - r, 15.0, 30.0, xtol=1e-14) for r in (-1e-9, 1e-9)
+    )
+    drive = 0.5 * float(sum(sides))
     return drive, abs(first(drive).imag)
 
 

@@ -75,7 +75,7 @@ export class PortraitView extends View {
   update() {
     const { arrays } = this.app.clock;
     const { block } = this;
-    if (!arrays) this.of = undefined;
+    if (!arrays) this.of = this.x = undefined;
     const contact = this.answer("motion")?.parts[0]?.data.contacts[block];
     const count = arrays ? arrays.mode.length / arrays.t.length : 0;
     if (!this.of) this.panel.name(contactName(this.app.state.model, { bodies: [], elastic: false }, block));
