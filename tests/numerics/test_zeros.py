@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.numerics.zeros import halved, slope_zeros
+from stickslip.numerics.zeros import halved, middle_zero, slope_zeros
 
 FEW = 8  # calls; halving would take some fifty
 ULP = 4  # of the zero, or of the bracket's ends beside 0
@@ -93,3 +93,13 @@ def test_halving_closes_in_on_where_something_ceases_to_hold() -> None:
     found, beyond = halved(lambda x: np.abs(x) < ends, np.zeros(3), np.full(3, 4.0), 52)
     np.testing.assert_array_less(found[[0, 2]], ends[[0, 2]])
     np.testing.assert_allclose(beyond, ends, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("place", [-3.0, 0.0, 1.0])
+@pytest.mark.parametrize("rounding", [0.0, 1e-12])
+def test_a_function_that_is_0_to_rounding_changes_its_sign_in_the_middle(sign, place, rounding):
+    g = Slope(lambda x: sign * (x - place) * (abs(x - place) > rounding))
+    zero = middle_zero(g, place - 0.3, place + 0.7)
+    assert zero == pytest.approx(place, rel=1e-15, abs=1e-15)
+    assert g.calls <= 24

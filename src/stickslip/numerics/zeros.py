@@ -15,6 +15,7 @@ MAX_STEPS: Final = 60
 WIDTH: Final = 4 * float(np.finfo(np.float64).eps)  # of the place: a bracket so narrow is closed
 MAX_ROUNDS: Final = 80
 ASIDE: Final = 1e-2  # of the bracket: first guess of how far the chord's zero may be off
+BEYOND: Final = 64.0  # times as far: points that tell more than rounding
 SPREAD: Final = 0.25  # of the bracket: three points so far apart quarter it
 
 
@@ -68,6 +69,21 @@ def halved(
         else:
             outside = middle
     return inside, outside
+
+
+def middle_zero(g: Callable[[float], float], a: float, b: float) -> float:
+    """Find where a function changes its sign, also if it is 0 around there, as to rounding."""
+    from scipy.optimize import brentq  # not for the first value
+
+    zero = float(brentq(g, a, b, xtol=1e-300, rtol=1e-15))
+    step, g_low, g_high = float(np.spacing(max(abs(a), abs(b)))), g(zero), 0.0
+    if g_low != 0.0:
+        return zero
+    while g_low == 0.0 or g_high == 0.0:  # the chord of points well beyond
+        step *= BEYOND
+        low, high = max(a, zero - step), min(b, zero + step)
+        g_low, g_high = g(low), g(high)
+    return low - g_low * (high - low) / (g_high - g_low)
 
 
 def slope_zeros(slope: Callable[[Floats], Floats], ends: Floats, slopes: Floats) -> Floats:

@@ -390,7 +390,7 @@ class _Search:
         with np.errstate(all="ignore"):
             steep = np.abs(left.slope) + np.abs(right.slope)
             smooth_step = np.where(np.isfinite(steep), steep * (right.x - left.x), 0.0)
-            smooth_step = np.where(steps_back(left, right), 0.0, smooth_step)
+            smooth_step = np.where(_steps_back(left, right), 0.0, smooth_step)
             step = np.abs(right.value - left.value) - smooth_step - self._noise(left, right)
             bend = np.abs(right.slope - left.slope) / (self.mesh.slope_scale + steep)
         # Where the slope is infinite the quotient is NaN, and a break all the same.
@@ -508,7 +508,7 @@ def is_step(left: Nodes, right: Nodes, scale: float) -> Bools:
         return np.asarray(left.ok & right.ok & real)
 
 
-def steps_back(left: Nodes, right: Nodes) -> Bools:
+def _steps_back(left: Nodes, right: Nodes) -> Bools:
     """Tell between which points the value steps against the slopes at both: no smooth one does."""
     with np.errstate(all="ignore"):
         step = right.value - left.value
@@ -519,7 +519,7 @@ def steps_back(left: Nodes, right: Nodes) -> Bools:
 
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:
     """Tell which side continues to the middle: by values at a jump, by slopes at a corner."""
-    on_left, on_right = steps_back(left, middle), steps_back(middle, right)
+    on_left, on_right = _steps_back(left, middle), _steps_back(middle, right)
     with np.errstate(all="ignore"):
         off_left = np.abs(middle.value - left.value - left.slope * (middle.x - left.x))
         off_right = np.abs(middle.value - right.value - right.slope * (middle.x - right.x))

@@ -8,7 +8,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import numpy as np
-from scipy.optimize import brentq, linear_sum_assignment, minimize_scalar
+from scipy.optimize import linear_sum_assignment, minimize_scalar
 
 from stickslip.checks import finite_number
 from stickslip.mechanics.cycle.sliding import (
@@ -18,7 +18,7 @@ from stickslip.mechanics.cycle.sliding import (
     modes,
     steady_displacements,
 )
-from stickslip.numerics.zeros import halved
+from stickslip.numerics.zeros import halved, middle_zero
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ class FollowedModes:
 
             for low, high in _brackets(rate, self.grid, rates):
                 if max(self._at(end, mode).imag for end in (low, high)) > 0.0:
-                    found.append((_zero(rate, low, high), mode))
+                    found.append((middle_zero(rate, low, high), mode))
         crossed: list[tuple[float, complex]] = []
         for value, mode in sorted(found):
             if crossed and value - crossed[-1][0] <= SAME * abs(value):
@@ -244,16 +244,6 @@ def _brackets(
             if sign * rate(float(lowest.x)) < 0.0:
                 brackets += [(ends[0], float(lowest.x)), (float(lowest.x), ends[1])]
     return brackets
-
-
-def _zero(rate: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function changes its sign: the middle of where it is 0 to rounding."""
-    zero = float(brentq(rate, low, high, xtol=1e-300, rtol=1e-15))
-    if rate(zero) != 0.0:
-        return zero
-    digits = sys.float_info.mant_dig
-    ends = (halved(lambda p: rate(p) != 0.0, end, zero, digits)[0] for end in (low, high))
-    return 0.5 * sum(ends)
 
 
 def _points(model: Model, V: float, crossing: Sequence[complex]) -> list[HopfPoint]:

@@ -355,7 +355,7 @@ class TangentRecorder(BlocksRecorder):
         motion = self.motion
         self.tangents.append((motion.tangent_z.copy(), motion.tangent_clock.copy()))
 
-    def _room(self, of: NDArray[np.bool_]) -> float:
+    def _room(self, of: NDArray[np.bool_] | NDArray[np.intp]) -> float:
         """Least distance of some contacts' needed forces from their limits."""
         room = np.abs(self.motion.limit - np.abs(self.motion.e)) / self.orders.force
         return float(np.min(room[of], initial=math.inf))
@@ -374,8 +374,8 @@ class TangentRecorder(BlocksRecorder):
         margin = min(self._room(rests), float(self.work.margin[0]))
         for each in here:
             if motion.event[each] == LANDING:
-                speed = abs(self.work.rates[each]) / unit.velocity
-                margin = min(margin, self._room(np.arange(len(rests)) == each), speed * unit.time)
+                pull = abs(self.work.rates[each]) / unit.velocity * unit.time
+                margin = min(margin, self._room(np.array([each])), pull)
             elif motion.joint is None:
                 side = 1.0 if motion.event[each] == AT_UPPER_LIMIT else -1.0
                 rate = excess_rate(self.engine.system, motion, self.work.rates, int(each), side)

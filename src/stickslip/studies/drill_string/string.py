@@ -18,6 +18,7 @@ from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.flow.trajectory import Trajectory, simulate
 from stickslip.mechanics.model.file import read_model
 from stickslip.mechanics.model.structure import StateSpace, Structure
+from stickslip.numerics.zeros import middle_zero
 from stickslip.studies.smoothed import SmoothMotion, smoothed
 
 if TYPE_CHECKING:
@@ -206,11 +207,7 @@ def computed_long_hopf(n: int = ELEMENTS) -> tuple[float, float]:
         values = max(found, key=lambda each: float(each.w[0])).eigenvalues
         return complex(values[np.argmax(values.real)])
 
-    # Growth rates within rounding are 0: the middle of two that are not.
-    sides = (
-        brentq(lambda u, r=r: first(u).real - r, 15.0, 30.0, xtol=1e-14) for r in (-1e-9, 1e-9)
-    )
-    drive = 0.5 * float(sum(sides))
+    drive = middle_zero(lambda u: first(u).real, 15.0, 30.0)
     return drive, abs(first(drive).imag)
 
 

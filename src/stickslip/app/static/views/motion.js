@@ -113,7 +113,7 @@ export class PortraitView extends View {
 
   paint() {
     const { plot } = this;
-    if (!this.of || !this.x || !this.v) return plot.message(this.emptyText("motion"));
+    if (!this.x || !this.v) return plot.message(this.emptyText("motion"));
     const of = colors();
     plot.horizontal(this.V, { color: of.muted, width: 1, dash: [5, 4] });
     plot.line(this.x, /** @type {any} */ (this.slips), { width: 1 });
