@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.analysis import known_maps as examples
 
@@ -233,3 +233,10 @@ def test_an_argument_a_few_ulp_outside_counts_as_the_end():
 
 def test_repr_names_function_domain_and_parameters():
     assert repr(examples.logistic(3.5)) == "PiecewiseMap(_logistic, [0, 1], r=3.5)"
+
+
+@given(teeth=st.integers(2, 3000), x=st.floats(0.001, 0.999))
+def test_slopes_of_a_sawtooth_are_not_taken_across_its_jumps(teeth, x):
+    f = PiecewiseMap(lambda x: (teeth * x) % 1, (0.0, 1.0))
+    assume(0.02 < teeth * x % 1 < 0.98)
+    assert f.derivative(x) == pytest.approx(teeth, rel=1e-9)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ROUNDING: Final = 16 * float(np.finfo(np.float64).eps)  # differences may agree by chance
 STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
-FEW_STEPS: Final = 14  # down to 2e-6 of the domain
+FEW_STEPS: Final = 11  # down to 2e-6 of the domain
 SHARP: Final = 1e-7  # of a derivative: known so well it needs no shorter steps
 RESONANT: Final = 1e-6  # distance of a power of the critical multiplier from 1
 

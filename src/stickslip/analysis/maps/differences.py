@@ -17,8 +17,12 @@ if TYPE_CHECKING:
 EPS: Final = float(np.finfo(np.float64).eps)
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
-N_STEPS: Final = 28  # halvings: down to 1e-10 of the scale, for points close to a singularity
-APPROACH: Final = 0.75  # sides differ by f'' h: halved with the step
+# Of a step, the next one. Over jumps of a sawtooth, n of them and m, steps of the ratio m / n agree
+# on a wrong slope: this square of the golden ratio is far from all such fractions.
+SHORTER: Final = 0.3819660112501051
+SIGNIFICANT: Final = 8  # bits of a step: a point and its neighbours differ by just the step
+N_STEPS: Final = 21  # down to 1e-10 of the scale, for points close to a singularity
+APPROACH: Final = 0.7  # sides differ by f'' h: smaller with the step
 NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
 ORDER: Final = 4  # columns of the extrapolation table
 
@@ -38,7 +42,7 @@ def extrapolated_difference(
     usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
     n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
-    """Return slopes and errors by Ridders' method: differences at halved steps, extrapolated."""
+    """Return slopes and errors by Ridders' method: differences at shrinking steps, extrapolated."""
     # Differences are one-sided where one neighbour is usable. Steps across an unmarked jump lose
     # by themselves.
     h, forward, backward = _neighbours(func, x, scale, usable, n_steps)
@@ -51,7 +55,7 @@ def extrapolated_difference(
     rounding = EPS * np.abs(centre) / h
     slope, error = np.full(x.shape, np.nan), np.full(x.shape, np.inf)
     for column, power in candidates:
-        found, doubt = _best_entry(column, power, rounding)
+        found, doubt = _best_entry(column, h**power, rounding)
         better = doubt < error
         slope, error = np.where(better, found, slope), np.where(better, doubt, error)
     return slope, error
@@ -68,7 +72,7 @@ def extrapolated_second_difference(
     h, forward, backward = _neighbours(func, x, scale, usable, n_steps)
     centre = func(x)
     second = (forward - 2 * centre + backward) / h**2
-    return _best_entry(second, 2, 4 * EPS * np.abs(centre) / h**2)
+    return _best_entry(second, h**2, 4 * EPS * np.abs(centre) / h**2)
 
 
 def _neighbours(
@@ -80,7 +84,8 @@ def _neighbours(
 ) -> tuple[Floats, Floats, Floats]:
     """Return steps, (k, 1), and values so far above and below x, (k, n); NaN if not usable."""
     # ``usable(x, points)`` tells which points lie on the branch of x.
-    steps: Floats = np.asarray(scale * FIRST_STEP * 0.5 ** np.arange(n_steps), dtype=np.float64)
+    size, exponent = np.frexp(scale * FIRST_STEP * SHORTER ** np.arange(n_steps))
+    steps: Floats = np.ldexp(np.rint(np.ldexp(size, SIGNIFICANT)), exponent - SIGNIFICANT)
     points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
     values = func(points.ravel())
     good = np.isfinite(values)
@@ -101,13 +106,13 @@ def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDA
     return meets
 
 
-def _best_entry(column: Floats, power: int, rounding: Floats) -> tuple[Floats, Floats]:
-    """Extrapolate a column whose error starts at h**power; pick by agreement beyond rounding."""
+def _best_entry(column: Floats, size: Floats, rounding: Floats) -> tuple[Floats, Floats]:
+    """Extrapolate a column whose error is a series in ``size``; pick by agreement past rounding."""
     best = np.full(column.shape[1:], np.nan)
     error = np.full(column.shape[1:], np.inf)
     # Central differences err in even powers of h only, one-sided ones in all.
     for order in range(ORDER):
-        factor = 2.0 ** (power * (order + 1))
+        factor = size[: -order - 1] / size[order + 1 :]
         finer = (factor * column[1:] - column[:-1]) / (factor - 1)
         rounding = rounding[1:]
         doubt = np.abs(finer - column[1:]) + np.abs(finer - column[:-1]) + rounding
