@@ -229,6 +229,18 @@ def test_a_jump_at_which_rounding_chooses_the_side_is_found(flipped):
     assert (jump.left, jump.right) == pytest.approx((-0.7, 0.1), abs=1e-9)
 
 
+@given(at=st.floats(0.1, 0.9))
+def test_beside_a_jump_values_that_scatter_do_not_lead_away_from_it(at):
+    def value(x):
+        scatter = 1e-15 * np.sin(1e19 * x)
+        return np.where(x < at, 0.1 - 9 * (x - at), 0.4 + 0.8 * (x - at) + scatter)
+
+    f = PiecewiseMap(value, (0.0, 1.0), derivative=lambda x: np.where(x < at, -9.0, 0.8))
+    (jump,) = (b for b in ss.breakpoints(f) if b.kind == "jump")
+    assert jump.d == pytest.approx(at, abs=1e-15)
+    assert jump.quality == "located"
+
+
 def test_values_that_scatter_make_no_break():
     """Where motions are sensitive, neighbouring floats differ by more than slopes explain."""
 
@@ -257,3 +269,17 @@ def test_limits_at_a_bracket_are_those_at_its_ends():
     sides = np.array([(b.left, b.right) for b in table.breakpoints])
     inside = (np.abs(sides - 0.25) < 0.0501) | (np.abs(sides + 0.25) < 0.0501)
     assert (inside | np.isnan(sides)).all()
+
+
+def test_of_infinitely_many_branches_without_labels_the_widest_are_told_and_no_orbit_elsewhere():
+    """Gauss's map has the fixed points (sqrt(n^2 + 4) - n) / 2, of multiplier -1 / x^2."""
+    gauss = PiecewiseMap(lambda x: 1 / np.where(x > 0, x, np.nan) % 1, (0.0, 1.0))
+    orbits = ss.periodic_orbits(gauss, 1)
+    n = np.arange(1, 1000)
+    x = 2 / (n + np.sqrt(n**2 + 4))
+    open_to = np.array([(u.lo, u.hi) for u in orbits.unresolved]).T[:, :, None]
+    told = ~((open_to[0] <= x) & (x <= open_to[1])).any(axis=0)
+    assert np.count_nonzero(told) > 240
+    np.testing.assert_allclose([o.points[0] for o in orbits[::-1]], x[told], rtol=1e-12)
+    np.testing.assert_allclose([o.multiplier for o in orbits[::-1]], -(x[told] ** -2), rtol=1e-7)
+    assert branch_table(gauss).n_evaluations < 1e5

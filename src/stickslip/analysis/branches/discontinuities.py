@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.mesh import Bools, Indices
     from stickslip.analysis.maps.protocol import Floats
 
+Interval = tuple[float, float]
+
 FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 MAX_ROUNDS: Final = 200  # each halves at least: 65 suffice from any domain to FINEST
 TRUSTED: Final = 0.25  # of the bracket: the two sides' forecasts must agree better
@@ -43,7 +45,6 @@ TOO_CLOSE: Final = "label changes closer to each other than the resolution, in"
 NARROW_END: Final = "a branch narrower than the resolution at the end of the domain,"
 LONG_MOTIONS: Final = "motions are long: only wide branches are told apart, in"
 LONG_GAPS: Final = "motions that do not return are long: gaps are not probed closely, in"
-ROUGH: Final = "values look rough: more breaks without a label than are followed, in"
 
 
 class Brackets:
@@ -319,7 +320,8 @@ class _Search:
         none = mesh.nodes.take(slice(0, 0))
         self.left, self.right = none, none
         self.unresolved: list[Unresolved] = []
-        self.suspected: set[tuple[float, float]] = set()
+        self.suspected: set[Interval] = set()
+        self.left_out: list[Interval] = []  # suspects that are not followed
 
     def new_pairs(self) -> tuple[Nodes, Nodes]:
         """Neighbouring nodes with different labels that no cut separates yet."""
@@ -365,9 +367,8 @@ class _Search:
     def follow_suspects(self) -> bool:
         """Bisect breaks without a label, by which side a point is more like; tell if one is new."""
         fresh = [ends for ends in self._suspects() if ends not in self.suspected]
-        suspects = fresh[: MAX_SUSPECTS - len(self.suspected)]
-        if left_out := fresh[len(suspects) :]:
-            self.unresolved.append(Unresolved(ROUGH, left_out[0][0], left_out[-1][1]))
+        suspects = self._most_isolated(fresh, MAX_SUSPECTS - len(self.suspected))
+        self.left_out += sorted({*fresh} - {*suspects})
         if not suspects:
             return False
         self.suspected.update(suspects)
@@ -383,7 +384,23 @@ class _Search:
         real = self._is_break(left, right) & ~gap
         real &= ~np.isin(left.x, self.left.x)
         self._keep(left.take(real), right.take(real))
-        return bool((real | gap).any() and not left_out)
+        # A step that bisection has lost is told as the bracket that it was.
+        held = np.diff(np.searchsorted(np.sort(self.left.x), [low.x, high.x]), axis=0)[0] > 0
+        lost = is_step(low, high, mesh.value_scale) & ~(gap | held)
+        lost &= np.abs(high.value - low.value) > self._noise(low, high)
+        self._keep(low.take(lost), high.take(lost))
+        return bool((real | gap).any() and not self.left_out)
+
+    def _most_isolated(self, suspects: list[Interval], n: int) -> list[Interval]:
+        """Choose those farthest from all other doubtful cells."""
+        if len(suspects) <= n:
+            return suspects
+        lo, hi = np.array(sorted({*self.mesh.doubtful, *suspects})).T
+        begins = np.flatnonzero(np.append(True, lo[1:] > np.maximum.accumulate(hi)[:-1]))
+        room = np.concatenate([[np.inf], lo[begins[1:]] - hi[begins[1:] - 1], [np.inf]])
+        run = np.searchsorted(lo[begins], [lower for lower, _ in suspects], "right")
+        order = np.argsort(-np.minimum(room[run - 1], room[run]), kind="stable")
+        return [suspects[i] for i in np.sort(order[:n])]
 
     def _is_break(self, left: Nodes, right: Nodes) -> Bools:
         """Tell whether adjacent floats differ by more than a smooth function could."""
@@ -407,40 +424,59 @@ class _Search:
             found.append(np.ptp(values.reshape(x.shape), axis=1))
         return np.nan_to_num(SCATTER * np.maximum(*found))
 
-    def _suspects(self) -> list[tuple[float, float]]:
+    def _suspects(self) -> list[Interval]:
         """Clusters of doubtful cells away from the cuts that are known already; steps beside them.
 
         Beside a square root cells are doubtful, too, but no value steps.
         """
-        nodes, near = self.mesh.nodes, NEAR * self.mesh.resolution
-        # The ends of the domain may be singular, too.
-        breaks = np.sort(np.concatenate([self.left.x, self.right.x, self.mesh.f.domain]))
-
-        def close(lo: Floats, hi: Floats) -> Bools:
-            return np.searchsorted(breaks, hi + near) > np.searchsorted(breaks, lo - near, "right")
-
+        nodes = self.mesh.nodes
         left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
         steps = nodes.same_as_next() & is_step(left, right, self.mesh.value_scale)
         (at,) = np.nonzero(steps & (right.x - left.x <= 1.5 * self.mesh.resolution))
         stepping = np.stack([left.x[at], right.x[at]], axis=1)
-        clusters: list[tuple[float, float]] = []
-        doubtful = np.array(sorted(self.mesh.doubtful)).reshape(-1, 2)
-        for lo, hi in doubtful[~close(*doubtful.T)].tolist():
-            if clusters and lo - clusters[-1][1] <= near:
-                clusters[-1] = (clusters[-1][0], max(hi, clusters[-1][1]))
-            else:
-                clusters.append((lo, hi))
+        clusters = self._joined(self._doubts())
         # One bisection finds one step: of several in a cluster, as of those by a cut, each is one.
         ends = np.array(clusters).reshape(-1, 2)
         inside = (stepping[:, :1] >= ends[:, 0]) & (stepping[:, 1:] <= ends[:, 1])
         crowded = inside.sum(axis=0) > 1
-        alone = close(*stepping.T) | inside[:, crowded].any(axis=1)
+        alone = self._by_break(*stepping.T) | inside[:, crowded].any(axis=1)
         clusters = [*map(tuple, ends[~crowded].tolist()), *map(tuple, stepping[alone].tolist())]
         return clusters
 
+    def _by_break(self, lo: Floats, hi: Floats) -> Bools:
+        """Tell which intervals are close to a break that is known, or to an end of the domain."""
+        # The ends of the domain may be singular, too.
+        breaks = np.sort(np.concatenate([self.left.x, self.right.x, self.mesh.f.domain]))
+        near = NEAR * self.mesh.resolution
+        return np.searchsorted(breaks, hi + near) > np.searchsorted(breaks, lo - near, "right")
+
+    def _doubts(self) -> list[Interval]:
+        """Doubtful cells away from breaks that are known."""
+        cells = np.array(sorted(self.mesh.doubtful)).reshape(-1, 2)
+        return [(lo, hi) for lo, hi in cells[~self._by_break(*cells.T)].tolist()]
+
+    def _joined(self, intervals: list[Interval]) -> list[Interval]:
+        """Join intervals that are near each other, with no known break between them."""
+        breaks, near = np.sort(self.right.x), NEAR * self.mesh.resolution
+        joined: list[Interval] = []
+        for lo, hi in sorted(intervals):
+            last = joined[-1][1] if joined else -np.inf
+            if lo - last <= near and not np.diff(np.searchsorted(breaks, [last, lo], "right"))[0]:
+                joined[-1] = (joined[-1][0], max(hi, last))
+            else:
+                joined.append((lo, hi))
+        return joined
+
     def result(self) -> tuple[Discontinuities, list[Unresolved]]:
         """Discontinuities in ascending order; what lies between slivers is one cut, or a gap."""
-        mesh, order = self.mesh, np.argsort(self.left.x, kind="stable")
+        mesh = self.mesh
+        # Of more suspects than are followed nothing is known, nor of what they have hidden.
+        for lo, hi in self._joined(self.left_out + self._doubts()) if self.left_out else ():
+            ends = mesh.nodes.take(np.searchsorted(mesh.nodes.x, [lo, hi]))
+            outside = (self.left.x < lo) | (self.right.x > hi)
+            self.left, self.right = self.left.take(outside), self.right.take(outside)
+            self._keep(ends.take(slice(0, 1)), ends.take(slice(1, 2)))
+        order = np.argsort(self.left.x, kind="stable")
         left, right, step = self.left.take(order), self.right.take(order), mesh.resolution
         if mesh.events_left <= 0:
             self.unresolved.append(Unresolved(LONG_MOTIONS, *mesh.f.domain))
@@ -468,20 +504,25 @@ class _Search:
         nodes, step = self.mesh.nodes, self.mesh.resolution
         first, last = nodes.take(slice(0, 1)), nodes.take(slice(-1, None))
         if len(left) and left.x[0] - first.x[0] < step:
-            self.unresolved.append(Unresolved(NARROW_END, float(first.x[0]), float(left.x[0])))
+            self._tell_narrow_end(float(first.x[0]), float(left.x[0]))
             first, left, right = (
                 right.take(slice(0, 1)),
                 left.take(slice(1, None)),
                 right.take(slice(1, None)),
             )
         if len(left) and last.x[0] - right.x[-1] < step:
-            self.unresolved.append(Unresolved(NARROW_END, float(right.x[-1]), float(last.x[0])))
+            self._tell_narrow_end(float(right.x[-1]), float(last.x[0]))
             last, left, right = (
                 left.take(slice(-1, None)),
                 left.take(slice(0, -1)),
                 right.take(slice(0, -1)),
             )
         return Discontinuities(left, right, first, last)
+
+    def _tell_narrow_end(self, lo: float, hi: float) -> None:
+        """Note a branch at an end of the domain, if it is not in what is told of already."""
+        if not any(other.lo <= lo <= hi <= other.hi for other in self.unresolved):
+            self.unresolved.append(Unresolved(NARROW_END, lo, hi))
 
 
 def _opened(left: Nodes, right: Nodes, wide: Bools) -> tuple[Nodes, Nodes]:
@@ -508,22 +549,25 @@ def is_step(left: Nodes, right: Nodes, scale: float) -> Bools:
         return np.asarray(left.ok & right.ok & real)
 
 
-def _steps_back(left: Nodes, right: Nodes) -> Bools:
+def _steps_back(left: Nodes, right: Nodes, least: Floats | float = 0.0) -> Bools:
     """Tell between which points the value steps against the slopes at both: no smooth one does."""
     with np.errstate(all="ignore"):
         step = right.value - left.value
         rounding = FLAT * np.maximum(np.abs(left.value), np.abs(right.value))
         against = (left.slope * step < 0) & (right.slope * step < 0)
-        return np.asarray(against & (np.abs(step) > rounding))
+        return np.asarray(against & (np.abs(step) > np.maximum(rounding, least)))
 
 
 def _more_like_left(left: Nodes, middle: Nodes, right: Nodes) -> Bools:
     """Tell which side continues to the middle: by values at a jump, by slopes at a corner."""
-    on_left, on_right = _steps_back(left, middle), _steps_back(middle, right)
     with np.errstate(all="ignore"):
         off_left = np.abs(middle.value - left.value - left.slope * (middle.x - left.x))
         off_right = np.abs(middle.value - right.value - right.slope * (middle.x - right.x))
         jump = np.abs(right.value - left.value)
+        # Beside a jump values scatter by more than their rounding.
+        on_left, on_right = (
+            _steps_back(*sides, STEP * jump) for sides in ((left, middle), (middle, right))
+        )
         by_value = jump > 2 * (np.abs(left.slope) + np.abs(right.slope)) * (right.x - left.x)
         by_slope = np.abs(middle.slope - left.slope) < np.abs(middle.slope - right.slope)
         like_left: Bools = np.where(by_value, off_left < off_right, by_slope)

@@ -44,6 +44,7 @@ VALUE_FIT: Final = 1e-7  # of the range of values: a prediction this good passes
 SLOPE_FIT: Final = 1e-4  # of the slopes: likewise
 CURVE_FIT: Final = 1e-3  # of the slopes: change of slope that neighbours may disagree about
 SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
+MANY: Final = 16  # narrow cells that fail together for each break of a crowd
 CLOSER: Final = 0.125 ** np.arange(1, 11)  # of a cell at a break that fails: it is cut there
 FLAT: Final = 8 * float(np.finfo(np.float64).eps)  # of a value: smaller changes are rounding
 
@@ -193,6 +194,9 @@ class Mesh:
         self.nodes, place = nodes.merged(middle)
         self.open = _widen(self.open, place, len(self.nodes), value=False)
         failed = place[~passed]
+        narrow = width[cells] <= WIDE**2 * domain_width(self.f)
+        if np.count_nonzero(narrow & ~passed) > MANY * self.crowd:
+            self.resolution = float(width[cells[narrow]].max())
         self.open[failed - 1] = self.open[failed] = True
         self._grade(failed)
 
