@@ -472,10 +472,10 @@ class _Search:
         mesh = self.mesh
         # Of more suspects than are followed nothing is known, nor of what they have hidden.
         for lo, hi in self._joined(self.left_out + self._doubts()) if self.left_out else ():
-            ends = mesh.nodes.take(np.searchsorted(mesh.nodes.x, [lo, hi]))
+            first, last = np.searchsorted(mesh.nodes.x, [[lo], [hi]])
             outside = (self.left.x < lo) | (self.right.x > hi)
             self.left, self.right = self.left.take(outside), self.right.take(outside)
-            self._keep(ends.take(slice(0, 1)), ends.take(slice(1, 2)))
+            self._keep(mesh.nodes.take(first), mesh.nodes.take(last))
         order = np.argsort(self.left.x, kind="stable")
         left, right, step = self.left.take(order), self.right.take(order), mesh.resolution
         if mesh.events_left <= 0:
