@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,6 +81,103 @@ def test_each_of_two_blocks_may_be_counted_from_elsewhere(zeros: list[float]) ->
 def test_where_a_sensor_counts_from_is_a_matter_of_displacements() -> None:
     with pytest.raises(ValueError, match="free_zero: there are no displacements"):
         ss.Record(T, v=np.sin(T), free_zero=True)
+
+
+def test_what_is_missing_is_left_out(tmp_path: Path) -> None:
+    seen, rng = record(BLOCK, x=[0.0], v=[0.0]), np.random.default_rng(4)
+    keep = rng.random(len(T)) > 0.3
+    x = np.where(keep, seen.x[:, 0], np.nan)
+    names, begun = ("mu", "speed"), BLOCK.replace(mu=0.45)
+    fewer = ss.fit(begun, ss.Record(T[keep], x[keep], sigma=seen.sigma), names)
+    missing = ss.Record(T, x, np.full(len(T), np.nan), sigma=np.where(keep, seen.sigma, np.nan))
+    found = ss.fit(begun, missing, names)
+    np.testing.assert_allclose(found.values, fewer.values, rtol=1e-6)
+    np.testing.assert_allclose(found.covariance, fewer.covariance, rtol=1e-4)
+    assert found.n_free == fewer.n_free
+    assert found.message == "converged"
+    np.testing.assert_allclose(found.autocorrelation, fewer.autocorrelation, rtol=0, atol=1e-4)
+    assert found.differentiated[0].all()
+    assert len(found.fitted[0]) == len(T)  # the model's motion is known everywhere
+    found.save(tmp_path / "fit.json")
+    assert ss.load(tmp_path / "fit.json") == found
+
+
+@pytest.mark.parametrize("fast", ["x", "v"])
+def test_channels_may_have_rates_of_their_own(fast: str) -> None:
+    motion, rng = ss.simulate(BLOCK, [0.0], [0.0], t_end=T[-1]), np.random.default_rng(7)
+    values, errors = {}, {}
+    for name in ("x", "v"):
+        exact = getattr(motion, name)(T)
+        errors[name] = 0.01 * exact.std()
+        values[name] = exact + rng.normal(scale=errors[name], size=exact.shape)
+        values[name][np.arange(len(T)) % (1 if name == fast else 10) > 0] = np.nan
+    seen = ss.Record(T, **values, sigma=errors["x"], sigma_v=errors["v"])
+    found = ss.fit(BLOCK.replace(mu=0.4, speed=0.25), seen, ["mu", "speed"])
+    assert found.message == "converged"
+    assert inside(found, {"mu": 0.5, "speed": 0.3})
+    assert found.n_free == 660 - 4
+    assert 0.8 < found.chi2 / found.n_free < 1.2
+
+
+def test_records_at_several_speeds_of_the_belt_share_the_other_parameters() -> None:
+    names, t, seen = ("mu", "speed"), T[:200], []
+    for seed, V in enumerate((0.15, 0.3)):
+        x, sigma = noisy(ss.simulate(BLOCK.replace(V=V), [0.0], [0.0], t_end=20.0).x(t), seed)
+        seen.append(ss.Record(t, x, sigma=sigma, x0=[0.0], v0=[0.0], V=V))
+    begun = BLOCK.replace(mu=0.48, V=0.22)  # the model's own does not matter
+    found = ss.fit(begun, seen, names, pieces=1)
+    assert found.message == "converged"
+    assert inside(found, {"mu": 0.5, "speed": 0.3})
+    assert 0.8 < found.chi2 / found.n_free < 1.2
+    alone = [
+        ss.fit(begun.replace(V=each.V), replace(each, V=None), names, pieces=1) for each in seen
+    ]
+    told = sum(np.linalg.inv(each.covariance) for each in alone)
+    np.testing.assert_allclose(np.linalg.inv(told), found.covariance, rtol=0.1)
+    with_belt = ss.fit(BLOCK, seen[:1], ["mu", "V"], priors={"V": (0.2, 0.01)}, pieces=1)
+    assert with_belt.values[1] == pytest.approx(0.2, rel=1e-9)  # told by the prior alone
+    assert with_belt.standard_errors[1] == pytest.approx(0.01, rel=1e-9)
+    belts = [ss.Contact(at=k, friction=ss.Coulomb(mu=0.5), V=0.1 + k) for k in (0, 1)]
+    with pytest.raises(ValueError, match=r"data 1 \(Record\): V is that of blocks on one belt"):
+        ss.fit(ss.Structure(mass=[1, 1], stiffness=np.eye(2), contacts=belts), seen, [])
+
+
+@pytest.mark.parametrize("tau", [0.001, 0.02, 0.2])
+def test_what_is_known_besides_weighs_as_much_as_data_of_that_scatter(tau: float) -> None:
+    y = 0.5 + np.random.default_rng(5).normal(scale=0.1, size=12)
+    block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    found = ss.fit(
+        block, ss.ForcePoints(np.linspace(0.1, 1, 12), y), ["mu"], priors={"mu": (0.45, tau)}
+    )
+    mu = 0.5
+    for _ in range(100):  # of a mean with a scatter that is estimated
+        weights = np.array([12.0 / np.mean((y - mu) ** 2), tau**-2])
+        mu = weights @ [y.mean(), 0.45] / weights.sum()
+    assert found.values[0] == pytest.approx(mu, abs=1e-5)
+    assert found.standard_errors[0] == pytest.approx(weights.sum() ** -0.5, rel=1e-3)
+    np.testing.assert_allclose(found.profile("mu").interval, found.intervals[0], rtol=1e-4)
+    assert found.priors[0, 1] == tau
+
+
+def test_what_the_data_cannot_part_has_the_error_of_what_is_known_besides() -> None:
+    block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4, viscous=0.1))
+    for noise in (1e-3, 1e-6):
+        y = 0.55 + np.random.default_rng(5).normal(scale=noise, size=12)
+        seen = ss.ForcePoints(np.full(12, 0.5), y)
+        found = ss.fit(block, seen, ["mu", "viscous"], priors={"viscous": (0.1, 0.02)})
+        np.testing.assert_allclose(found.standard_errors, [0.01, 0.02], rtol=1e-2)
+
+
+def test_an_outlier_is_told_with_its_place() -> None:
+    seen = record(BLOCK, x=[0.0], v=[0.0])
+    x = seen.x.copy()
+    x[77] += 1.0
+    found = ss.fit(BLOCK, replace(seen, x=x), ["mu"], pieces=1)
+    assert "data 1: x of block 1 at t = 7.71285 is" in found.message
+    assert ss.fit(BLOCK, replace(seen, x=x), ["mu"], pieces=1, loss="huber").message == "converged"
+    x[77] = 500.0
+    with pytest.raises(ValueError, match=r"data 1 .* x reaches 500 \(block 1, t = 7.71285\)"):
+        ss.fit(BLOCK, replace(seen, x=x), ["mu"])
 
 
 def test_two_blocks_are_recovered_with_the_speed_of_the_belt() -> None:
@@ -407,12 +505,19 @@ def test_bounds_hold_and_are_told() -> None:
 
 
 GOOD = np.linspace(0.0, 9.0, 10)
+NONE = np.array([0.0, np.nan])
+MISSES = np.column_stack([GOOD, np.where(GOOD < 4, GOOD, np.nan)])
 
 
 @pytest.mark.parametrize(
     ("told", "make"),
     [
-        (r"x\[3, 0\] = .*nan", lambda: ss.Record(GOOD, np.where(GOOD == 3, np.nan, GOOD))),
+        (r"x\[9, 0\] = inf .* NaN stands for", lambda: ss.Record(GOOD, [*GOOD[1:], np.inf])),
+        ("x and v of block 2 hold 4 and 0 numbers", lambda: ss.Record(GOOD, MISSES, MISSES + NONE)),
+        ("free_zero: all displacements x of block 1 are missing",
+         lambda: ss.Record(GOOD, GOOD + np.nan, GOOD, free_zero=True)),
+        (r"sigma\[3, 0\] = nan", lambda: ss.Record(GOOD, GOOD, sigma=[1, 1, 1, np.nan] + [1] * 6)),
+        ("V = inf", lambda: ss.Record(GOOD, GOOD, V=np.inf)),
         (r"t\[5\] = 4 does not come after t\[4\] = 5",
          lambda: ss.Record([0, 1, 2, 3, 5, 4, 6], np.zeros(7))),
         (r"x has the shape \(9,\)", lambda: ss.Record(GOOD, np.zeros(9))),

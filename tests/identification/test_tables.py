@@ -66,13 +66,29 @@ def test_columns_tell_what_was_measured(tmp_path: Path, text: str, kind: type) -
     assert type(ss.read_measurements(written(tmp_path, text), **more)) is kind
 
 
+def test_what_is_missing_and_the_speed_of_the_belt(tmp_path: Path) -> None:
+    rows = [f"{k},{k if k % 2 else ''},{'NaN' if k % 2 else k},0.5" for k in range(12)]
+    path = written(tmp_path, "t,x,v,V\n" + "\n".join(rows))
+    found = ss.read_measurements(path, units=UNITS)
+    even = np.arange(12) % 2 == 0
+    np.testing.assert_array_equal(np.isnan(found.x[:, 0]), even)
+    np.testing.assert_array_equal(np.isnan(found.v[:, 0]), ~even)
+    assert found.V == 0.5 / UNITS.scale("velocity")
+    given = ss.read_measurements(path, {"V": []}, units=UNITS, V=1.5)
+    assert given.V == 1.5 / UNITS.scale("velocity")
+
+
 @pytest.mark.parametrize(
     ("text", "columns", "told"),
     [
         (RECORD.replace("3,2", "3;2"), None, "line 5 has 1 cells, and there are 2 columns"),
         (RECORD.replace("3,2", "3,two"), None, "line 5, column 'x': 'two' is not a number"),
-        (RECORD.replace("3,2", "3,"), None, "line 5, column 'x' is empty"),
-        (RECORD.replace("3,2", "3,nan"), None, "line 5, column 'x': nan is not a finite"),
+        (RECORD.replace("3,2", ",2"), None, "line 5, column 't' is empty"),
+        (RECORD.replace("3,2", "nan,2"), None, "line 5, column 't': nan is not a finite"),
+        (RECORD.replace("3,2", "3,inf"), None, "line 5, column 'x': inf is not a finite"),
+        (RECORD.replace("3,2", "3,"), None, "x of block 1 hold 4 numbers"),
+        ("speed,force\n0.1,0.9\n0.2,\n", None, "line 3, column 'force' is empty"),
+        ("t,x,V\n0,1,2\n1,2,3\n2,3,3\n3,2,3\n4,1,3\n", None, "column V holds 2 to 3"),
         (RECORD.replace("\n1,2\n2,3", "\n2,3\n1,2"), None, "times must ascend"),
         (RECORD.replace("3,2\n4,1\n", ""), None, "needs at least 5"),
         (RECORD.replace("t,x\n", ""), None, "must name the columns"),

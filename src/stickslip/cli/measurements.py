@@ -44,6 +44,9 @@ def fit(
     units: Words = (),
     sigma: float | None = None,
     sigma_v: float | None = None,
+    speeds: Annotated[
+        tuple[float, ...], Parameter(negative=(), consume_multiple=True, show_default=False)
+    ] = (),
     bounds: Words = (),
     priors: Words = (),
     pieces: Whole | None = None,
@@ -79,6 +82,9 @@ def fit(
         of that name, or estimated from the scatter about the fit.
     sigma_v
         That of a velocity.
+    speeds
+        Speed of the belt in each of the files, in their units, where these differ; a column V
+        tells it, too.
     bounds
         Ranges to search: mu=0.1:0.9.
     priors
@@ -109,7 +115,13 @@ def fit(
     errors = {"sigma": sigma, "sigma_v": sigma_v}
     settings: dict[str, Any] = {name: value for name, value in errors.items() if value is not None}
     settings |= {"free_zero": True} if free_zero else {}
-    data = [ss.read_measurements(path, names, units=scales, **settings) for path in records]
+    if speeds and len(speeds) != len(records):
+        raise UsageError(f"--speeds has {len(speeds)} numbers, and there are {len(records)} files")
+    own: list[dict[str, Any]] = [{"V": speed} for speed in speeds] or [{}] * len(records)
+    data = [
+        ss.read_measurements(path, names, units=scales, **settings, **its)
+        for path, its in zip(records, own, strict=True)
+    ]
 
     def found() -> Fit:
         return ss.fit(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -34,6 +35,9 @@ MOTION = 0.5
 def check_belongs(model: Model, data: Data, number: int, *, check_units: bool) -> None:
     """ValueError where data cannot be the model's, or seem to have other units."""
     place = f"data {number} ({type(data).__name__})"
+    if data.conditions and not model.parameters.keys() >= data.conditions.keys():
+        raise ValueError(f"{place}: V is that of blocks on one belt, and the model has several")
+    model = data.under_conditions(model)
     _check_blocks(model, data, place)
     if check_units:
         for told in _sizes(model, data):
@@ -72,13 +76,14 @@ class _Size(NamedTuple):
     what: str  # "motions of the model reach some"
     low: float = 1.0 / SUSPICIOUS
     high: float = SUSPICIOUS
+    where: str = ""  # the largest is
 
     def check(self, place: str) -> None:
         """ValueError where the ratio of both is out of all proportion."""
         if self.own > 0.0 and not self.low < self.found / self.own < self.high:
             raise ValueError(
-                f"{place}: {self.name} {self.found:.6g}, where {self.what} {self.own:.3g}. "
-                "Are both in the same units? Is no value out of place? units= of "
+                f"{place}: {self.name} {self.found:.6g}{self.where}, where {self.what} "
+                f"{self.own:.3g}. Are both in the same units? Is no value out of place? units= of "
                 "read_measurements (--units) are those of the file, data.to_dimensionless(units) "
                 "changes those of data; check_units=False (--any-units) takes them as they are."
             )
@@ -86,7 +91,7 @@ class _Size(NamedTuple):
 
 def _about(data: Record, kind: str, values: Floats) -> Floats:
     """Return values of a record, those of sensors that count from anywhere about their means."""
-    return values - values.mean(axis=0) if kind == "x" and data.free_zero else values
+    return values - np.nanmean(values, axis=0) if kind == "x" and data.free_zero else values
 
 
 def _sizes(model: Model, data: Data) -> list[_Size]:
@@ -114,16 +119,22 @@ def _sizes(model: Model, data: Data) -> list[_Size]:
             _Size("speeds reach", speed, speeds, "the model's are some"),
         ]
     own = {"x": reach, "v": speeds}
-    motions = "motions of the model reach some"
     sizes = [
-        _Size(f"{kind} reaches", _largest(_about(data, kind, values)), own[kind], motions)
-        for kind, values, _ in data.rows
+        _reached(data, kind, _about(data, kind, values), own[kind]) for kind, values, _ in data.rows
     ]
     return [*sizes, *_paces(data, period, fast)]
 
 
+def _reached(data: Record, kind: str, values: Floats, own: float) -> _Size:
+    """Find what displacements or velocities reach, and where."""
+    row, column = np.unravel_index(int(np.nanargmax(np.abs(values))), values.shape)
+    where = f" (block {data.blocks[column]}, t = {data.t[row]:.6g})"
+    what = "motions of the model reach some"
+    return _Size(f"{kind} reaches", abs(float(values[row, column])), own, what, where=where)
+
+
 def _largest(values: Floats) -> float:
-    return float(np.abs(values).max())
+    return float(np.nanmax(np.abs(values)))
 
 
 def _scales(model: Model, period: float) -> tuple[float, float]:
@@ -145,25 +156,24 @@ def _paces(data: Record, period: float, fast: str) -> list[_Size]:
     span = float(t[-1] - t[0])
     low, high = OSCILLATION
     told = [_Size("it lasts", span, period, fast, low, 10.0 * high)]
-    values = data.rows[0][1]
-    swing = values - values.mean(axis=0)
-    both = np.sum(swing[1:] * swing[:-1]) / max(np.sum(swing**2), 1e-300)
-    turns = max(_turns(column) for column in swing.T)
-    if both > MOTION and turns > 2:
+    columns = [column[np.isfinite(column)] for column in data.rows[0][1].T]
+    swings = [column - column.mean() for column in columns if len(column)]
+    both, squares = np.sum([[each[1:] @ each[:-1], each @ each] for each in swings], axis=0)
+    turns = max(_turns(each) for each in swings)
+    if both > MOTION * squares and turns > 2:
         told.append(_Size("an oscillation takes some", span / turns, period, fast, low, high))
     if data.x is not None and data.v is not None:
-        v = np.asarray(data.v)
-        moved = np.diff(np.asarray(data.x), axis=0)
-        travelled = 0.5 * (v[1:] + v[:-1]) * np.diff(t)[:, None]
-        told.append(
-            _Size("x changes by some", _sum(moved), _sum(travelled), "v times dt sums up to")
-        )
+        moved, travelled = zip(*map(_ways, repeat(t), data.x.T, data.v.T), strict=True)
+        told.append(_Size("x changes by some", max(moved), max(travelled), "v times dt sums up to"))
     return told
 
 
-def _sum(steps: Floats) -> float:
-    """Scatter of what steps add up to."""
-    return float(np.cumsum(steps, axis=0).std(axis=0).max())
+def _ways(t: Floats, x: Floats, v: Floats) -> tuple[float, float]:
+    """Scatter of displacements, and of the integral of velocities, where both are known."""
+    known = np.isfinite(x) & np.isfinite(v)
+    t, x, v = t[known], x[known], v[known]
+    travelled = np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))
+    return (float(x[1:].std()), float(travelled.std())) if len(t) > 1 else (0.0, 0.0)
 
 
 def _turns(values: Floats) -> int:

@@ -24,6 +24,7 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from stickslip.mechanics.model.arguments import Model
     from stickslip.mechanics.model.units import Quantity
     from stickslip.numerics.arrays import Floats
 
@@ -51,9 +52,29 @@ class _Measured:
         return [(self._axes[1], values, _errors(self.sigma, values))]
 
     @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which values were measured, (n,): those of a record may be missing."""
+        return np.concatenate([np.isfinite(values).ravel() for _, values, _ in self.rows])
+
+    @property
     def is_weighed(self) -> bool:
         """Whether standard errors are given."""
         return self.sigma is not None
+
+    @property
+    def conditions(self) -> dict[str, float]:
+        """Parameters of a model that these data have values of their own for."""
+        return {}
+
+    def under_conditions(self, model: Model) -> Model:
+        """Return a model with those values."""
+        return model.replace(**self.conditions) if self.conditions else model
+
+    def weighed(self, factor: float) -> Self:
+        """Return the data with errors, given or guessed, times a factor."""
+        names = {"x": "sigma", "v": "sigma_v"}
+        errors = {names.get(name, "sigma"): factor * sigma for name, _, sigma in self.rows}
+        return replace(self, **errors)  # type: ignore[type-var]
 
     def to_dimensionless(self, units: Units) -> Self:
         """Divide measured values by the scales of a model's units.
@@ -88,10 +109,21 @@ class _Measured:
             object.__setattr__(self, name, value)
 
 
+class _Motion(_Measured):
+    """Measured of one motion, which starts somewhere, on a belt of some speed."""
+
+    V: Any
+
+    @property
+    def conditions(self) -> dict[str, float]:
+        """The speed of the belt, if that is the motion's own."""
+        return {} if self.V is None else {"V": self.V}
+
+
 @suggests
 @part
 @dataclass(frozen=True, eq=False)
-class Record(_Measured):
+class Record(_Motion):
     """Displacements or velocities of blocks, or both, at some times of one motion.
 
     Parameters
@@ -100,7 +132,9 @@ class Record(_Measured):
         Times, ascending, n >= 5; the motion starts at the first, that of a forced model at the
         forcing's time 0.
     x, v : array_like of float, shape (n,) or (n, k), optional
-        Displacements and velocities of k blocks, at least one of the two.
+        Displacements and velocities of k blocks, at least one of the two. NaN stands for what is
+        missing, as where channels were sampled at different times; of each block 5 values of one
+        kind are needed.
     blocks : sequence of int, optional
         Which blocks they are, counted from 1; without it the first k.
     sigma, sigma_v : float or array_like of float, optional
@@ -115,6 +149,9 @@ class Record(_Measured):
     free_zero : bool
         The sensors of `x` count from unknown places, not from where springs are slack; these are
         estimated, too, one for each block.
+    V : float, optional
+        Speed of the belt in this record, where that is not the model's: several records at several
+        speeds share all other parameters.
 
     Raises
     ------
@@ -143,11 +180,12 @@ class Record(_Measured):
     d: Any = None
     free_start: bool = False
     free_zero: bool = False
+    V: Any = None
     _axes: ClassVar = ("t", "x")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         "t": "time",
         **dict.fromkeys(("x", "x0", "d", "sigma"), "displacement"),
-        **dict.fromkeys(("v", "v0", "sigma_v"), "velocity"),
+        **dict.fromkeys(("v", "v0", "sigma_v", "V"), "velocity"),
     }
 
     def __post_init__(self) -> None:
@@ -166,7 +204,7 @@ class Record(_Measured):
         if flag("free_zero", self.free_zero) and self.x is None:
             raise ValueError("free_zero: there are no displacements x to be counted from anywhere")
         names = [name for name in ("x", "v") if getattr(self, name) is not None]
-        found = {name: columns(name, getattr(self, name), len(t)) for name in names}
+        found = {name: columns(name, getattr(self, name), len(t), may_miss=True) for name in names}
         widths = {values.shape[1] for values in found.values()}
         if len(widths) > 1:
             raise ValueError("x and v must be of the same blocks: their shapes differ")
@@ -176,12 +214,26 @@ class Record(_Measured):
         blocks = tuple(whole_number("blocks", k) for k in given) or tuple(range(1, n + 1))
         if len(blocks) != n or len(set(blocks)) != n:
             raise ValueError(f"blocks = {shown(self.blocks)}: {n} are needed, each once")
+        counts = np.array([np.isfinite(values).sum(axis=0) for values in found.values()])
+        if (few := counts.max(axis=0) < FEWEST).any():
+            k = int(np.argmax(few))
+            told = " and ".join(map(str, counts[:, k]))
+            raise ValueError(
+                f"{' and '.join(names)} of block {blocks[k]} hold {told} numbers, the others are "
+                f"missing: a record needs at least {FEWEST} of each block. Leave the block out."
+            )
+        if self.free_zero and not counts[0].all():
+            k = blocks[int(np.argmin(counts[0]))]
+            raise ValueError(f"free_zero: all displacements x of block {k} are missing")
+        kept = {
+            name: found[name] for name, n_known in zip(names, counts, strict=True) if n_known.any()
+        }
         self._store(
             t=t,
-            **found,
+            **{"x": None, "v": None, **kept},
             blocks=blocks,
-            sigma=_sigma("sigma", self.sigma, len(t), n),
-            sigma_v=_sigma("sigma_v", self.sigma_v, len(t), n),
+            sigma=_sigma("sigma", self.sigma, len(t), n, found.get("x")),
+            sigma_v=_sigma("sigma_v", self.sigma_v, len(t), n, found.get("v")),
             **_start(self),
         )
 
@@ -205,7 +257,7 @@ class Record(_Measured):
 @suggests
 @part
 @dataclass(frozen=True, eq=False)
-class EventTimes(_Measured):
+class EventTimes(_Motion):
     """Times at which a block takes a mode, counted from the start of the motion.
 
     Parameters
@@ -217,8 +269,9 @@ class EventTimes(_Measured):
         Counted from 1.
     sigma : float or array_like of float, optional
         As in `Record`.
-    x0, v0, d, free_start
-        Start of the motion, as in `Record`; it must be given, at least as a guess.
+    x0, v0, d, free_start, V
+        Start of the motion and speed of its belt, as in `Record`; the start must be given, at least
+        as a guess.
 
     Raises
     ------
@@ -234,11 +287,12 @@ class EventTimes(_Measured):
     v0: Any = None
     d: Any = None
     free_start: bool = False
+    V: Any = None
     _axes: ClassVar = ("event", "times")
     _quantities: ClassVar[Mapping[str, Quantity]] = {
         **dict.fromkeys(("times", "sigma"), "time"),
         **dict.fromkeys(("x0", "d"), "displacement"),
-        "v0": "velocity",
+        **dict.fromkeys(("v0", "V"), "velocity"),
     }
 
     def __post_init__(self) -> None:
@@ -422,8 +476,10 @@ def series(name: str, values: object) -> Floats:
     return _finite(name, array)
 
 
-def columns(name: str, values: object, n: int, what: str = "times") -> Floats:
-    """Return n rows of numbers, one row per time."""
+def columns(
+    name: str, values: object, n: int, what: str = "times", *, may_miss: bool = False
+) -> Floats:
+    """Return n rows of numbers, one row per time; NaN where one may be missing."""
     given = real_numbers(name, values)
     array = given[:, None] if given.ndim == 1 else given
     if array.ndim != 2 or array.shape[0] != n or not array.shape[1]:
@@ -431,16 +487,17 @@ def columns(name: str, values: object, n: int, what: str = "times") -> Floats:
             f"{name} has the shape {given.shape}, and there are {n} {what}: ({n},) or "
             f"({n}, blocks) is needed."
         )
-    return _finite(name, array)
+    return _finite(name, array, may_miss=may_miss)
 
 
-def _finite(name: str, array: Floats) -> Floats:
-    bad = np.argwhere(~np.isfinite(array))
+def _finite(name: str, array: Floats, *, may_miss: bool = False) -> Floats:
+    bad = np.argwhere(np.isinf(array) if may_miss else ~np.isfinite(array))
     if len(bad):
         where = ", ".join(map(str, bad[0]))
         raise ValueError(
             f"{name}[{where}] = {array[tuple(bad[0])]} is not a finite number ({len(bad)} of "
-            f"{array.size} are not). Leave such rows out."
+            f"{array.size} are not). "
+            + ("NaN stands for what is missing." if may_miss else "Leave such rows out.")
         )
     return array
 
@@ -455,17 +512,23 @@ def _pairs(data: Any, first: str, second: str) -> dict[str, Floats]:
     return pair
 
 
-def _sigma(name: str, value: object, n: int, k: int = 1) -> float | Floats | None:
-    """Check a standard error, or those of n rows of k numbers."""
+def _sigma(
+    name: str, value: object, n: int, k: int = 1, of: Floats | None = None
+) -> float | Floats | None:
+    """Check a standard error, or those of n rows of k numbers, missing where these are."""
     if value is None:
         return None
     if not np.iterable(value):
         return finite_number(name, value, above=0.0)
-    each = columns(name, value, n, "rows")
+    each = columns(name, value, n, "rows", may_miss=of is not None)
     if each.shape[1] not in (1, k):
         raise ValueError(f"{name} has {each.shape[1]} columns: 1, or as many as the data, {k}.")
-    if each.min() <= 0.0:
-        raise ValueError(f"{name} = {each.min():.6g}: standard errors are > 0")
+    if of is not None:
+        missing = np.isnan(of)
+        needed = ~(missing if each.shape[1] == k else missing.all(axis=1, keepdims=True))
+        _finite(name, np.where(needed, each, 1.0))
+    if np.nanmin(each) <= 0.0:
+        raise ValueError(f"{name} = {np.nanmin(each):.6g}: standard errors are > 0")
     return each
 
 
@@ -475,7 +538,7 @@ def _errors(sigma: float | Floats | None, values: Floats) -> Floats:
 
 
 def _start(data: Any) -> dict[str, Any]:
-    """Check where a motion starts: a state, a global stick phase, or nothing."""
+    """Check where a motion starts, a state, a global stick phase or nothing, and its belt."""
     x0, v0, d = data.x0, data.v0, data.d
     if (x0 is None) != (v0 is None) or (d is not None and x0 is not None):
         raise ValueError("give both x0 and v0, or d alone, or none of them")
@@ -485,10 +548,12 @@ def _start(data: Any) -> dict[str, Any]:
         name: None if value is None else series(name, np.atleast_1d(real_numbers(name, value)))
         for name, value in one.items()
     }
-    return {**checked, "free_start": free}
+    V = None if data.V is None else finite_number("V", data.V)
+    return {**checked, "free_start": free, "V": V}
 
 
 def guessed(values: Floats) -> float:
     """Hundredth of the scatter of values: a weight where no standard error is given."""
-    spread = float(np.std(values, axis=0).max())
-    return 0.01 * (spread or float(np.abs(values).max()) or 1.0)
+    known = [column[np.isfinite(column)] for column in values.T]
+    spread = max((float(np.std(each)) for each in known if len(each)), default=0.0)
+    return 0.01 * (spread or float(np.abs(np.concatenate(known)).max(initial=0.0)) or 1.0)

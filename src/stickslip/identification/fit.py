@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
@@ -64,8 +65,13 @@ ALIKE, ROUNDING = 3.0, 1e-5
 ABOUT, KEPT, STEPS = 1.6, 16, 12
 MOST = 200  # evaluations in an approach
 MOST_DRAWN = 100  # times as many draws as are asked for, where most are outside the bounds
+# Times the median of residuals above which one is told: 6.7 standard errors of normal ones.
+FAR = 10.0
 # How much worse one motion may fit than its pieces did before it counts as lost.
 WORSE = 4.0
+# Rounds in which the errors of data and the weight of what was known besides are found together,
+# and the relative change of these errors that ends them.
+ROUNDS, SETTLED = 20, 1e-4
 # Relative changes of the sum of squares that end an approach: the last one, and those before it.
 FINE, COARSE = 1e-8, 1e-3
 
@@ -171,12 +177,21 @@ class Fit(Result):
             )
         told += [
             f"residuals of data {k} are not scattered about zero (neighbours correlate by "
-            f"{value:.2f} +- {error:.2f}): the law or the model has another form, and the errors "
-            "mean little"
+            f"{value:.2f} +- {error:.2f}): the law or the model has another form, or the noise "
+            "is not white, and the errors mean little"
             for k, (value, error) in enumerate(self.autocorrelation, start=1)
             if value > ALIKE * error
         ]
-        missed = sum(int(np.sum(~np.isfinite(each))) for each in self.fitted)
+        pairs = list(zip(self.data, self.fitted, strict=True))
+        if self.loss == "linear":
+            far = ((k, _farthest(*each)) for k, each in enumerate(pairs, start=1))
+            told += [
+                f"data {k}: {place} is {times:.3g} times as far off as most: an outlier? "
+                "(loss='huber' feels it less)"
+                for k, (place, times) in far
+                if times > FAR
+            ]
+        missed = sum(int(np.sum(~np.isfinite(each[data.known]))) for data, each in pairs)
         if missed:
             told.append(f"{missed} of {len(self.residuals)} data are not met by the model")
         for k, (data, there) in enumerate(zip(self.data, self.differentiated, strict=True), 1):
@@ -184,9 +199,9 @@ class Fit(Result):
                 found = (at[~known.all(axis=1)] for _, at, _, known, _ in compared(data, there))
                 first = min(np.min(at, initial=np.inf) for at in found)
                 told.append(
-                    f"{np.sum(~there)} of {len(there)} values of data {k} have no derivatives, "
-                    f"the first at {data.abscissa[0]} = {first:.6g}: the errors are those of the "
-                    "others (a profile tells more)"
+                    f"{np.sum(~there)} of {data.known.sum()} values of data {k} have no "
+                    f"derivatives, the first at {data.abscissa[0]} = {first:.6g}: the errors are "
+                    "those of the others (a profile tells more)"
                 )
         if self.undetermined:
             names = ", ".join(self.undetermined)
@@ -380,14 +395,16 @@ class Fit(Result):
         if held[0] < self.bounds[k, 0] or held[-1] > self.bounds[k, 1]:
             raise ValueError(f"values: {name} is in [{self.bounds[k, 0]}, {self.bounds[k, 1]}]")
         exact = HELD * (error if np.isfinite(error) else np.ptp(held) or abs(best) or 1.0)
+        scale = self.scale or 1.0  # 0 of data without noise
+        weighed = replace(self, data=tuple(each.weighed(scale) for each in self.data))
         chi2, others = np.zeros(len(held)), np.zeros((len(held), len(self.parameters)))
         for side in (np.flatnonzero(held >= best), np.flatnonzero(held < best)[::-1]):
-            now = self
+            now = weighed
             for at in side:
                 now = now._held(k, float(held[at]), exact)
                 chi2[at], others[at] = now.chi2 + self._misfit(now.values), now.values
-        rise = np.maximum(chi2 - self.chi2 - self._misfit(self.values), 0.0)
-        root = np.sign(held - best) * np.sqrt(rise) / self.scale
+        least = self.chi2 / scale**2 + self._misfit(self.values)
+        root = np.sign(held - best) * np.sqrt(np.maximum(chi2 - least, 0.0))
         return Profile(name, held, others, root, crossings(held, root, best, self._reach))
 
     def _held(self, k: int, value: float, error: float) -> Fit:
@@ -546,7 +563,10 @@ def fit(
     found, spent = _searched(
         model, given, names, ranges, known, loss, pieces, n_starts, evaluations
     )
-    return _result(model, found, ranges, given, spent, loss)
+    if known and not (_weighed(given) and loss == "linear"):
+        found, more = _balanced(found, ranges, evaluations, loss)
+        spent += more
+    return _result(model, found, ranges, given, known, spent, loss)
 
 
 def _searched(
@@ -568,7 +588,9 @@ def _searched(
         now = model if found is None else found.problem.changed(found.unknowns)
         before = [None] * len(data) if found is None else [a.states for a in found.answers]
         triples = zip(data, counts, before, strict=True)
-        terms = [term_of(each, now, n, states) for each, n, states in triples]
+        terms = [
+            term_of(each, each.under_conditions(now), n, states) for each, n, states in triples
+        ]
         search = _Search(_Problem(now, names, terms, priors, link), ranges)
         begin = search.problem.start
         if found is None and n_starts > 1:
@@ -586,6 +608,24 @@ def _searched(
         found = stage
     assert found is not None
     return found, spent
+
+
+def _balanced(
+    stage: _Stage, ranges: tuple[Floats, Floats], evaluations: int, loss: Loss
+) -> tuple[_Stage, int]:
+    """Weigh what was known besides by the errors of the data that are estimated, evaluations."""
+    # Residuals count in the errors that the data were taken to have: too small by `scale`.
+    priors, scale, spent = stage.problem.priors, 1.0, 0
+    for _ in range(ROUNDS):
+        before, scale = scale, stage.scale(loss)
+        if not 0.0 < scale < np.inf or abs(scale - before) <= SETTLED * scale:
+            break
+        problem = copy(stage.problem)
+        problem.priors = {name: (mean, error / scale) for name, (mean, error) in priors.items()}
+        search = _Search(problem, ranges)
+        stage = search.run(stage.unknowns, evaluations, loss)
+        spent += search.spent
+    return stage, spent
 
 
 class _Problem:
@@ -640,7 +680,7 @@ class _Problem:
         try:
             model = self.changed(unknowns)
             return [
-                term.answer(model, names, unknowns[own])
+                term.answered_under_conditions(model, names, unknowns[own])
                 for term, own in zip(self.terms, self.own, strict=True)
             ]
         except ValueError as error:
@@ -788,7 +828,21 @@ class _Stage(NamedTuple):
     @property
     def chi2(self) -> float:
         """Of the data alone."""
-        return float(sum(np.sum(each.residuals**2) for each in self.answers))
+        return float(np.sum(self.residuals**2))
+
+    @property
+    def residuals(self) -> Floats:
+        """Of the data alone."""
+        return np.concatenate([each.residuals for each in self.answers])
+
+    @property
+    def n_free(self) -> int:
+        """Number of data, and of what was known besides, less that of the unknowns."""
+        return len(self.residuals) + len(self.problem.priors) - self.problem.n_unknown
+
+    def scale(self, loss: Loss) -> float:
+        """Scatter of the residuals."""
+        return _scatter(self.residuals, self.n_free, loss)
 
 
 def _stages(
@@ -823,13 +877,30 @@ def _alike(data: Data, fitted: Floats) -> tuple[float, float]:
     """Correlate neighbouring residuals, about zero; what the model does not meet is left out."""
     together = squares = 0.0
     for _, _, values, model, sigma in compared(data, fitted):
+        known = np.isfinite(values)
         off = np.nan_to_num(model - values)
-        if np.abs(off).max() <= ROUNDING * max(np.ptp(values), np.abs(values).max()):
+        if np.abs(off).max() <= ROUNDING * max(np.ptp(values[known]), np.abs(values[known]).max()):
             return np.nan, np.nan
-        off = off / sigma
-        together += float(np.sum(off[1:] * off[:-1]))
-        squares += float(np.sum(off**2))
-    return together / squares, float(np.isfinite(fitted).sum()) ** -0.5
+        for column, there in zip((off / sigma).T, known.T, strict=True):
+            one = column[there]
+            together += float(one[1:] @ one[:-1])
+            squares += float(one @ one)
+    return together / squares, float(np.isfinite(fitted[data.known]).sum()) ** -0.5
+
+
+def _farthest(data: Data, fitted: Floats) -> tuple[str, float]:
+    """Where the largest residual is, and how many times as large as half of them, by their median.
+
+    NaN where residuals are rounding.
+    """
+    rows = [(name, at, abs((a - b) / sigma)) for name, at, a, b, sigma in compared(data, fitted)]
+    sizes = [float(np.nanmax(off, initial=0.0)) for _, _, off in rows]
+    most = float(np.nanmedian(np.concatenate([off.ravel() for *_, off in rows])))
+    name, at, off = rows[int(np.argmax(sizes))]
+    row, column = np.unravel_index(int(np.nanargmax(off)), off.shape)
+    block = f" of block {data.blocks[column]}" if isinstance(data, Record) else ""
+    place = f"{name}{block} at {data.abscissa[0]} = {at[row]:.6g}"
+    return place, max(sizes) / most if np.isfinite(_alike(data, fitted)[0]) else np.nan
 
 
 def _listed(data: Any) -> tuple[Data, ...]:
@@ -910,15 +981,13 @@ def _result(
     stage: _Stage,
     ranges: tuple[Floats, Floats],
     data: tuple[Data, ...],
+    priors: dict[str, tuple[float, float]],
     evaluations: int,
     loss: Loss,
 ) -> Fit:
     problem, unknowns = stage.problem, stage.unknowns
     names, n = problem.names, len(problem.names)
-    residuals = np.concatenate([each.residuals for each in stage.answers])
-    n_free = len(residuals) + len(problem.priors) - problem.n_unknown
-    known = _weighed(data) and loss == "linear"
-    scale = 1.0 if known else _scatter(residuals, n_free, loss)
+    scale = 1.0 if _weighed(data) and loss == "linear" else stage.scale(loss)
     jacobian = problem.jacobian(unknowns)
     there = np.isfinite(jacobian).all(axis=1)
     covariance, undetermined = _covariance(jacobian[there], names)
@@ -928,7 +997,7 @@ def _result(
     values = unknowns[:n]
     errors = np.sqrt(np.diag(covariance))
     errors[[name in undetermined for name in names]] = np.inf
-    priors = [problem.priors.get(name, (np.nan, np.nan)) for name in names]
+    known = [priors.get(name, (np.nan, np.nan)) for name in names]
     near = 1e-9 * (1.0 + np.abs(values))
     at_bound = (values - ranges[0] <= near) | (ranges[1] - values <= near)
     best = problem.changed(unknowns)
@@ -942,12 +1011,12 @@ def _result(
         start=np.array([model.parameters[name] for name in names]),
         undetermined=undetermined,
         at_bound=tuple(name for name, there in zip(names, at_bound, strict=True) if there),
-        residuals=residuals,
+        residuals=stage.residuals,
         chi2=stage.chi2,
-        n_free=n_free,
+        n_free=stage.n_free,
         scale=scale,
         starts=tuple(
-            term.states(best, unknowns[own])
+            term.states(term.data.under_conditions(best), unknowns[own])
             for term, own in zip(problem.terms, problem.own, strict=True)
         ),
         matched=tuple(each.matched for each in stage.answers),
@@ -957,15 +1026,23 @@ def _result(
         data=data,
         fitted=tuple(each.fitted for each in stage.answers),
         differentiated=tuple(
-            np.asarray(np.isfinite(each.jacobian).all(axis=1)) for each in stage.answers
+            _spread_out(each.known, np.asarray(np.isfinite(answer.jacobian).all(axis=1)))
+            for each, answer in zip(data, stage.answers, strict=True)
         ),
         pieces=max(term.n_pieces for term in problem.terms),
         bounds=np.column_stack(ranges),
-        priors=np.reshape(priors, (n, 2)),
+        priors=np.reshape(known, (n, 2)),
         loss=loss,
     )
     reach = found._reach * errors
     return replace(found, intervals=np.column_stack([values - reach, values + reach]))
+
+
+def _spread_out(known: NDArray[np.bool_], there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Say of all values what is said of those that are known."""
+    every = np.full(len(known), True)
+    every[known] = there
+    return every
 
 
 def _scatter(residuals: Floats, n_free: int, loss: Loss) -> float:

@@ -41,6 +41,8 @@ KINDS: Final[tuple[tuple[type[Any], tuple[str, ...], tuple[str, ...]], ...]] = (
 )
 """What is measured: the columns that are needed, and those of which one is."""
 ERRORS: Final = ("sigma", "sigma_v")
+MISSING: Final = ("x", "v", *ERRORS)
+"""What may be missing in some lines."""
 NAMES: Final = (*(name for _, needed, some in KINDS for name in (*needed, *some)), *ERRORS)
 SEPARATORS: Final = (",", ";", "\t")
 
@@ -58,12 +60,13 @@ def read_measurements(
     ----------
     path : str or path
         Text with commas, semicolons or tabulators between numbers with decimal points, and a first
-        line that names the columns; lines that begin with # are left out.
+        line that names the columns; lines that begin with # are left out. Displacements and
+        velocities may be missing: the cell is empty, or NaN.
     columns : mapping of str to str or to several, optional
         Columns of the file that hold `t`, `x`, `v` (one for each block), or `speed` and
         `force`, or `d` and `value`, or `V` and `period`, or `times`; and their standard errors
-        `sigma`, `sigma_v`. Without, those that are called so, or ``x_1, x_2, ...``; an empty list
-        stands for none.
+        `sigma`, `sigma_v`; `V` of a motion holds one speed. Without, those that are called so, or
+        ``x_1, x_2, ...``; an empty list stands for none.
     units : Units, optional
         Units of the file, such as SI; without it numbers are those of the model.
     **settings
@@ -100,14 +103,19 @@ def read_measurements(
         found = {name: _headed(name, header, asked) for name in NAMES}
         kind, names = _kind(found, header, asked)
         parameters = signature(kind).parameters
-        errors = [name for name in ERRORS if found[name] and name not in settings]
-        names += [name for name in errors if name in parameters]
-        values = {name: _numbers(header, rows, found[name]) for name in names}
+        besides = [name for name in (*ERRORS, "V") if found[name] and name not in settings]
+        names += [name for name in besides if name in parameters and name not in names]
+        values: dict[str, Any] = {
+            name: _numbers(header, rows, found[name], may_miss=kind is Record and name in MISSING)
+            for name in names
+        }
         if kind is not Record:
             values = {name: column[:, 0] for name, column in values.items()}
         else:
             values["t"] = values["t"][:, 0]
             settings = _blocks([found[name] for name in names if name in ("x", "v")]) | settings
+        if "V" in values and kind is not CyclePeriods:
+            values["V"] = _one_speed(values["V"])
         unused = {name for name in asked if found[name]} - {*names, *settings}
         if strange := sorted(unused | ({*settings} - {*parameters})):
             known = [name for name in parameters if name not in values]
@@ -214,26 +222,39 @@ def _suffix(name: str) -> list[str]:
     return re.findall(r"^[xv]_([1-9]\d?)$", name)
 
 
-def _numbers(header: list[str], rows: list[tuple[int, list[str]]], names: list[str]) -> Floats:
-    """Return columns of numbers, shape (rows, names)."""
+def _one_speed(values: Floats) -> float:
+    """Speed of the belt of one motion."""
+    low, high = float(values.min()), float(values.max())
+    if low < high:
+        raise ValueError(
+            f"column V holds {low:.6g} to {high:.6g}: the belt of one motion has one speed. Cut "
+            "the record where the speed changes, or give its mean, V=, and no column for V."
+        )
+    return low
+
+
+def _numbers(
+    header: list[str],
+    rows: list[tuple[int, list[str]]],
+    names: list[str],
+    *,
+    may_miss: bool,
+) -> Floats:
+    """Return columns of numbers, shape (rows, names); what is empty or NaN may be missing."""
     places = [header.index(name) for name in names]
     out = np.empty((len(rows), len(places)))
     for target, (number, row) in zip(out, rows, strict=True):
         for k, place in enumerate(places):
-            value = _number(row[place])
-            if not row[place]:
-                raise ValueError(
-                    f"line {number}, column {shown(header[place])} is empty. Leave such lines out."
-                )
+            cell = row[place]
+            value = _number(cell or "nan")
+            where = f"line {number}, column {shown(header[place])}"
             if value is None:
                 raise ValueError(
-                    f"line {number}, column {shown(header[place])}: {shown(row[place])} is not a "
-                    "number with a decimal point. Lines that are no data begin with #."
+                    f"{where}: {shown(cell)} is not a number with a decimal point. Lines that are "
+                    "no data begin with #."
                 )
-            if not np.isfinite(value):
-                raise ValueError(
-                    f"line {number}, column {shown(header[place])}: {row[place]} is not a finite "
-                    "number. Leave such lines out."
-                )
+            if not (np.isfinite(value) or (may_miss and np.isnan(value))):
+                told = f": {cell} is not a finite number" if cell else " is empty"
+                raise ValueError(f"{where}{told}. Leave such lines out.")
             target[k] = value
     return out

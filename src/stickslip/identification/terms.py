@@ -15,6 +15,7 @@ import numpy as np
 from stickslip import status as status_codes
 from stickslip.errors import NoCycleError
 from stickslip.identification.data import (
+    FEWEST,
     CyclePeriods,
     EventTimes,
     ForcePoints,
@@ -62,6 +63,7 @@ class Answer(NamedTuple):
 class Term(ABC):
     """One set of data."""
 
+    data: Any
     start: Floats  # guess of the term's own unknowns
     n_pieces = 1
 
@@ -78,6 +80,24 @@ class Term(ABC):
         """Return the term for a first look, to which what takes long counts as missed."""
         return self
 
+    def answered_under_conditions(
+        self, model: Model, names: tuple[str, ...], own: Floats
+    ) -> Answer:
+        """Compare the data with a model under their conditions, which no parameter changes."""
+        moves = [name not in self.data.conditions for name in names]
+        moving = tuple(name for name, free in zip(names, moves, strict=True) if free)
+        answer = self.answer(self.data.under_conditions(model), moving, own)
+        there = [*moves, *[True] * len(own)]
+
+        def widened(slopes: Floats) -> Floats:
+            wide = np.zeros((len(slopes), len(there)))
+            wide[:, there] = slopes
+            return wide
+
+        return answer._replace(
+            jacobian=widened(answer.jacobian), link_jacobian=widened(answer.link_jacobian)
+        )
+
     @abstractmethod
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Compare the data with a model."""
@@ -86,9 +106,9 @@ class Term(ABC):
 def filled(off: Floats, slope: Floats) -> tuple[Floats, Floats]:
     """Give what is missed a residual as large as any, without a slope; ValueError if all is."""
     known = np.isfinite(off)
-    if not known.any():
+    if len(off) and not known.any():
         raise ValueError("nothing of the data is met by the model with the parameters that it has")
-    far = max(MISSED, float(np.abs(off[known]).max()))
+    far = float(np.abs(off[known]).max(initial=MISSED))
     return np.where(known, off, far), np.where(known[..., None], slope, 0.0)
 
 
@@ -195,61 +215,57 @@ class RecordTerm(Term):
         x, v = np.split(np.array([self.state_at(k) for k in self._some]), 2, axis=1)
         return np.repeat([max(float(part.std()), 1e-12) for part in (x, v)], x.shape[1])
 
-    @cached_property
-    def _window(self) -> int:
-        """Samples on either side that tell a state."""
-        slow = 0.3 * natural_period(self.model) / (2.0 * np.pi)
-        step = float(np.median(np.diff(self.t)))
-        return int(np.clip(slow / step, 2, (len(self.t) - 1) // 2))
-
     def state_at(self, k: int) -> Floats:
         """Guess of the state at a sample, from those near it."""
-        found, _, gain = self._about(k)
+        found, _, errors = self._about(k)
         if self.over_belt:  # a block that seems to ride does
             V = self.model.plant.V
-            rides = np.abs(found[1] - V) <= SURE * gain * self._scatter
+            rides = np.abs(found[1] - V) <= SURE * errors * self._scatter
             found[1] = np.where(rides, V, found[1])
         return found.ravel()
 
-    def _about(self, k: int) -> tuple[Floats, Floats, float]:
-        """State at a sample, (2, n), scatter (n,), error of a velocity for a scatter of 1.
+    def _about(self, k: int) -> tuple[Floats, Floats, Floats]:
+        """State at a sample, (2, n), scatter, error of a velocity for a scatter of 1, each (n,).
 
         By polynomials near it; the scatter is that of the samples that tell velocities.
         """
-        order = np.argsort(self.data.blocks)
-        low = int(np.clip(k - self._window, 0, len(self.t) - 2 * self._window - 1))
-        near = slice(low, low + 2 * self._window + 1)
-        t = self.t[near] - self.t[k]
-        if self.data.v is not None:
-            at, scatter, errors = polynomial(t, np.asarray(self.data.v)[near][:, order], 1)
-            x = self._x[k, order]
-            if self.data.x is not None:
-                x = polynomial(t, self._x[near][:, order], 2)[0][0]
-            return np.array([x, at[0]]), scatter, float(errors[0])
-        at, scatter, errors = polynomial(t, self._x[near][:, order], 2)
-        return at[:2], scatter, float(errors[1])
+        time, found = float(self.t[k]), []
+        for block in np.argsort(self.data.blocks):
+            x, v = self._channels[block]
+            teller, order = (v, 0) if len(v.t) >= len(x.t) else (x, 1)
+            at, scatter, errors = teller.near(time, order + 1)
+            median = (1.0 - 2.0 / (9.0 * (2 * teller.window - order - 1))) ** 1.5  # of chi
+            place = x.near(time, 2)[0][0] - (self.zero[block] if self.data.free_zero else 0.0)
+            found.append([place, at[order], scatter / median, errors[order]])
+        places, speeds, spread, gain = np.array(found).T
+        return np.array([places, speeds]), spread, gain
+
+    @cached_property
+    def _channels(self) -> list[tuple[Channel, Channel]]:
+        """Displacements and velocities of each block that was measured, as far as they are known.
+
+        Without displacements the integral of velocities, about the place of sliding.
+        """
+        slow = 0.3 * natural_period(self.model) / (2.0 * np.pi)
+        measured = {name: values.T for name, values, _ in self.data.rows}
+        none = np.full((len(self.data.blocks), len(self.t)), np.nan)
+        found = []
+        for middle, *both in zip(
+            self._middle, measured.get("x", none), measured.get("v", none), strict=True
+        ):
+            x, v = (Channel.of(self.t, values, slow) for values in both)
+            found.append((x if len(x.t) >= FEWEST else v.integral(middle), v))
+        return found
 
     @cached_property
     def _scatter(self) -> Floats:
         """Scatter of the samples that tell velocities; a few samples alone hardly know theirs."""
-        found = np.median([self._about(k)[1] for k in self._some], axis=0)
-        spare = 2 * self._window - (1 if self.data.v is not None else 2)
-        return np.asarray(found / (1.0 - 2.0 / (9.0 * spare)) ** 1.5)  # median of chi, of spare
+        return np.asarray(np.median([self._about(k)[1] for k in self._some], axis=0))
 
     @property
     def _some(self) -> range:
         """Samples all over the record."""
         return range(0, len(self.t), max(len(self.t) // 200, 1))
-
-    @cached_property
-    def _x(self) -> Floats:
-        """Displacements: measured, or the integral of velocities about those of sliding."""
-        if self.data.x is not None:
-            return np.asarray(self.data.x) - (self.zero if self.data.free_zero else 0.0)
-        v = np.asarray(self.data.v)
-        steps = 0.5 * (v[1:] + v[:-1]) * np.diff(self.t)[:, None]
-        x = np.concatenate([np.zeros((1, v.shape[1])), np.cumsum(steps, axis=0)])
-        return np.asarray(x - x.mean(axis=0) + self._middle)
 
     @property
     def _middle(self) -> Floats:
@@ -265,10 +281,11 @@ class RecordTerm(Term):
         """Guess where displacements are counted from: by states, a start, or about sliding."""
         x, index = np.asarray(self.data.x), np.array(self.data.blocks) - 1
         if states is not None:
-            return np.asarray((x - states[:, index]).mean(axis=0))
+            return np.nanmean(x - states[:, index], axis=0)
         if self.data.x0 is not None:
-            return np.asarray(x[0] - np.asarray(self.data.x0)[index])
-        return np.asarray(x.mean(axis=0) - self._middle)
+            first = np.isfinite(x).argmax(axis=0), np.arange(len(index))
+            return np.asarray(x[first] - np.asarray(self.data.x0)[index])
+        return np.nanmean(x, axis=0) - self._middle
 
     def answer(self, model: Model, names: tuple[str, ...], own: Floats) -> Answer:
         """Follow the pieces."""
@@ -339,8 +356,9 @@ class _Rows:
             if name == "x" and len(self.zero):
                 here = here + self.zero
                 slope[..., self.width - len(self.zero) :] += np.eye(len(self.zero))
-            off, slope = filled((here - data[rows]) / sigma[rows], slope / sigma[rows][..., None])
-            part = off.ravel(), slope.reshape(off.size, self.width), here.ravel()
+            known = np.isfinite(data[rows])
+            off = ((here - data[rows]) / sigma[rows])[known]
+            part = *filled(off, slope[known] / sigma[rows][known][:, None]), here.ravel()
             self.parts.setdefault(name, []).append(part)
 
     def joined(self) -> tuple[Floats, Floats, Floats]:
@@ -348,6 +366,35 @@ class _Rows:
         parts = [part for each in self.parts.values() for part in each]
         residuals, slopes, fitted = zip(*parts, strict=True)
         return np.concatenate(residuals), np.concatenate(slopes), np.concatenate(fitted)
+
+
+class Channel(NamedTuple):
+    """What is known of one quantity of one block, and how many samples on either side tell it."""
+
+    t: Floats
+    values: Floats
+    window: int
+
+    @classmethod
+    def of(cls, t: Floats, values: Floats, slow: float) -> Channel:
+        """Leave out what is missing; a quantity changes little over a time `slow`."""
+        known = np.isfinite(values)
+        most = max((int(known.sum()) - 1) // 2, 0)
+        step = float(np.median(np.diff(t[known]))) if most else np.inf
+        return cls(t[known], values[known], min(max(int(slow / step), 2), most))
+
+    def near(self, time: float, degree: int) -> tuple[Floats, Floats, Floats]:
+        """Fit a polynomial in the time from one on, as `polynomial`."""
+        n = 2 * self.window + 1
+        low = int(np.clip(np.searchsorted(self.t, time) - self.window, 0, len(self.t) - n))
+        near = slice(low, low + n)
+        return polynomial(self.t[near] - time, self.values[near], degree)
+
+    def integral(self, middle: float) -> Channel:
+        """Integrate over the time, about a mean."""
+        steps = 0.5 * (self.values[1:] + self.values[:-1]) * np.diff(self.t)
+        way = np.concatenate([[0.0], np.cumsum(steps)])
+        return self._replace(values=way - way.mean() + middle)
 
 
 def polynomial(t: Floats, values: Floats, degree: int) -> tuple[Floats, Floats, Floats]:
