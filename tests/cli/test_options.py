@@ -315,8 +315,20 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
         ("orbits --preset law9 --engine exact", "Take --engine 'auto' or 'adaptive'."),
         (
             "map --preset coulomb -d 0.9",
-            "(alpha=1.2, beta=1.3, eq. 6a). Take d from model.domain.\n",
+            "map: --d 0.9 is outside the global stick locus |d| <= 0.67647058823529405 "
+            "(alpha=1.2, beta=1.3, eq. 6a).\n",
         ),
+        (
+            "diagram --preset coulomb --parameter V --range -0.1 0.1 --out a.svg --values 5",
+            "V = -0.1 of the grid is not allowed",
+        ),
+        (
+            "diagram --preset coulomb --parameter V --range 0.03 0.04 --window nan 1 --out a.svg",
+            "--window nan is not allowed: --window must be a finite number. Give --window a value",
+        ),
+        ("simulate --preset coulomb --x 1 --v 1 --t-end 9", "--x (1.0,) is not allowed"),
+        ("certify --preset coulomb --entropy -1", "--entropy -1.0 is not allowed"),
+        ("simulate --preset coulomb -v 0 --t-end 9", "simulate: Unused Tokens"),
         ("map --preset coulomb --friction coulomb:0.2", "is not of the form NAME=VALUE\n"),
         ("orbits --model mine.toml", "(domain= is for Python; this command has no such option)"),
     ],
@@ -343,6 +355,12 @@ def test_messages_name_options_not_arguments_of_python(command, told, file, caps
             "friction = 'a + s, a=0.3' of coulomb:mu=0.2",
         ),
         ("load(path, system=...) of mass_1", "load(path, system=...) of mass_1"),
+        ("pieces['mu'][1] = 0.0: pieces['mu'][1] must", "--pieces mu 0.0: --pieces mu must"),
+        (
+            "is off. Known: free_zero, max_evaluations.",
+            "is off. Known: free_zero, max_evaluations.",
+        ),
+        ("d = 1: outside. Take d from model.domain. So", "d = 1: outside. So"),
     ],
 )
 def test_arguments_are_called_as_options_are(text, told, monkeypatch):

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from functools import partial
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from cyclopts import Parameter
 
@@ -24,6 +24,8 @@ from stickslip.cli.output import document, new_files, tracked
 from stickslip.cli.process import CLAIM_FAILED, DONE, ComputationError, UsageError
 from stickslip.files import checked_suffix, read_text
 
+SPOKEN: Final = {"share": "--basins", "at_least": "--entropy"}
+"""Options of `certify` that Python has as arguments of functions of their own."""
 CERTIFY_EXAMPLES = """\
 stickslip certify --preset coulomb --orbit 0.27739 --period 4 --out S4.json
 stickslip certify --preset coulomb --jump 0.279135

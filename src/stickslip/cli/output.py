@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
+from cyclopts import CycloptsError
 
-from stickslip.cli.process import RefusalError, UsageError, all_or_none, shortened
+from stickslip.cli.process import CommandError, RefusalError, UsageError, all_or_none, shortened
 from stickslip.files import (
     PICTURE_FORMATS,
     as_list,
@@ -34,11 +35,16 @@ TABLE_ROWS = 40
 # Columns that a reader on a terminal has in another form or cannot use.
 MACHINE_ONLY = {"label", "status"}
 PICTURE_HEIGHT = 4.0  # inches, over the width of two columns
-# An argument of Python in a message, with or without a value; no part of a call or a quotation.
+# An argument of Python in a message, with or without a place in it and a value; no part of a call,
+# a quotation or a list of names.
 ARGUMENT = re.compile(
-    r"""[\w.]+\([^()]*\)|(?<!\w)(['"]).*?\1(?!\w)|"""
-    r"""(?<![\w.:-])(?<!-p )(?P<name>[a-z]\w*)(?P<given>=True\b|=| = |(?![\w(=]))"""
+    r"""Known: [^.]*\.|[\w.]+\([^()]*\)|(?<!\w)(['"]).*?\1(?!\w)|"""
+    r"""(?<![\w.:-])(?<!-p )(?P<name>[a-z]\w*)(?P<at>(?:\[[^]]*\])*)"""
+    r"""(?P<given>=True\b|=| = |(?![\w(=[]))"""
 )
+# What only Python has: the kind of a value, and what is said of an object's parts.
+KIND = re.compile(r" \((?:tuple|list|dict|ndarray)\)")
+PARTS = re.compile(r"(?:^|(?<=[.;:,])) ?[^.;:,]*\b(?:ss|model)\.[a-z]\w*[^.;:,]*[.;:,]?")
 PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 
 
@@ -93,7 +99,7 @@ def document(command: str, parameters: Mapping[str, Any], result: Mapping[str, A
 
 def error_document(command: str, error: BaseException) -> str:
     """Write the reason for a failure in the same form."""
-    reason = {"type": type(error).__name__, "message": shortened(in_options(str(error)))}
+    reason = {"type": type(error).__name__, "message": shortened(told_as(error))}
     content = {"schema": SCHEMA, "command": command, "error": reason}
     return msgspec.json.encode(content).decode() + "\n"
 
@@ -159,17 +165,24 @@ def in_options(text: str) -> str:
 
     def told(found: re.Match[str]) -> str:
         name, given, after = found["name"], found["given"], found.string[found.end() :]
-        if name in options and (given or "_" in name):
+        if name in options and (given or found["at"] or "_" in name):
+            words = [options[name], *re.findall(r"\['(.*?)'\]", found["at"])]
             value = after[:1].strip(")],.; ")
-            return options[name] + " " * bool(value and given.strip() == "=")
+            return " ".join(words) + " " * bool(value and given.strip() == "=")
         # With a number behind it, alpha=1.2, it is what a model has.
         if name and given.startswith("=") and not re.match(r"-?\.?\d", after):
             lacking.append(f"{name}=")
         return found[0]
 
-    text = ARGUMENT.sub(told, text)
+    text = KIND.sub("", PARTS.sub("", ARGUMENT.sub(told, text)))
     missing = ", ".join(dict.fromkeys(lacking))
     return f"{text} ({missing} is for Python; this command has no such option)" if lacking else text
+
+
+def told_as(error: BaseException) -> str:
+    """Repeat an error in words of the command line, which the program's own errors have."""
+    own = isinstance(error, CommandError | CycloptsError)
+    return str(error) if own else in_options(str(error))
 
 
 def note(text: str, *, quiet: bool) -> None:

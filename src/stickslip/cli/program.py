@@ -16,7 +16,7 @@ from cyclopts import App, CycloptsError
 
 from stickslip import __version__
 from stickslip.cli import claims, installation, measurements, models, parameters, sweeps
-from stickslip.cli.output import Spoken, in_options
+from stickslip.cli.output import Spoken, told_as
 from stickslip.cli.process import (
     BAD_USAGE,
     DONE,
@@ -111,7 +111,8 @@ def _options(command: str = "") -> dict[str, str]:
         return {}
     every = application(command)[command].assemble_argument_collection()
     names = [each.name for each in every if each.keys[:1] != ("system",)]
-    return {name.lstrip("-").replace("-", "_"): name for name in names}
+    own = {name.lstrip("-").replace("-", "_"): name for name in names}
+    return own | (claims.SPOKEN if command == "certify" else {})
 
 
 def _refuse_undecoded(tokens: list[str]) -> None:
@@ -128,7 +129,7 @@ def _tell(tokens: list[str], error: BaseException, code: int) -> int:
     """Say what went wrong: a line on stderr or, with ``--json``, a document on stdout."""
     command = next((token for token in tokens if not token.startswith("-")), "")
     command = shortened(command[:LONGEST_NAME])
-    if {"-v", "--verbose"} & set(tokens):
+    if {"-v", "--verbose"} & set(tokens) and not isinstance(error, CycloptsError):
         traceback.print_exception(error)
     if code == INTERRUPTED or interrupted():
         say_interrupted()
@@ -156,7 +157,7 @@ def _message(error: BaseException) -> str:
         return f"cannot use {error.filename}: {error.strerror}"
     if isinstance(error, OSError) and _is_lost(error):
         return f"cannot write to the standard output: {error.strerror}"
-    text = in_options(str(error)) or type(error).__name__
+    text = told_as(error) or type(error).__name__
     return text if expected else f"{type(error).__name__}: {text} (-v shows where)"
 
 

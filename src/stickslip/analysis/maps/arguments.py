@@ -100,5 +100,5 @@ def check_values(f: MapFamily | FamilyND, name: str, values: Iterable[float], ro
     widest = getattr(f, "searched", {}).get(name, (-inf, inf))
     why = "Beyond that, motions hardly ever come back to global stick, or take very long."
     for value in values:
-        finite_number(name, value, at_least=widest[0], at_most=widest[1], of=role, why=why)
+        finite_number(name, value, at_least=widest[0], at_most=widest[1], of=f"the {role}", why=why)
         f.replace(**{name: value})
