@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.analysis import known_maps as examples
 
+import stickslip as ss
 from stickslip import examples as models
 from stickslip.analysis.attractors.basin_pieces import EdgeCause
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
@@ -22,7 +23,7 @@ from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.friction import Coulomb, PoppStelter, Stribeck, friction_law
 from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.mechanics.model.units import Units
-from stickslip.results.files import VERSION, _hints, load, save
+from stickslip.results.files import VERSION, _checksum, _hints, load, save
 from stickslip.results.parts import equal, import_public, registered
 
 
@@ -235,6 +236,22 @@ def replace_result(path, result):
     document = json.loads(path.read_text()) | {"result": result}
     del document["sha256"]
     path.write_text(json.dumps(document))
+
+
+@pytest.mark.parametrize("renamed", ["refused", "Fit"])
+def test_a_whole_file_of_a_program_with_other_classes_is_not_called_damaged(path, renamed):
+    block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    save(ss.fit(block, ss.ForcePoints([0.1, 0.2, 0.3], [0.52, 0.47, 0.5]), ["mu"]), path)
+    document = json.loads(path.read_text().replace(f'"{renamed}"', '"former"'))
+    path.write_text(json.dumps(document | {"sha256": _checksum(document)}))
+    with pytest.raises(
+        ValueError, match=r"is whole, but of another state of stickslip .*former"
+    ) as why:
+        load(path)
+    assert renamed == "Fit" or "besides: former, refused." in str(why.value)
+    path.write_text(path.read_text().replace("0.47", "0.48"))
+    with pytest.raises(ValueError, match="is damaged: result"):
+        load(path)
 
 
 def test_files_without_a_checksum_are_read(path):

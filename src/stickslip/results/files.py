@@ -18,6 +18,7 @@ import json
 import math
 import reprlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cache
 from types import UnionType
 from typing import (
@@ -57,6 +58,7 @@ SUM: Final = "sha256"  # key of the checksum
 MOST_BYTES: Final = 2**30  # of a file
 MOST_TEXT: Final = 2**27  # characters of an array of texts, all as long as the longest
 READERS: Final = {".csv": "pandas.read_csv", ".nc": "xarray.load_dataset"}
+AGAIN: Final = "Compute the result again and save it, or load the file with that stickslip."
 NOT_FINITE: Final = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 
 
@@ -206,9 +208,18 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
             raise _DamagedError(f"its content does not fit its {SUM}, so it was changed.")
         return result
     except _DamagedError as reason:
-        raise ValueError(f"{path} is damaged: {reason}") from reason
+        raise ValueError(f"{path} {_state(document)}: {reason}") from reason
     except RecursionError:
         raise ValueError(f"{path} is damaged: it is nested too deeply.") from None
+
+
+def _state(document: dict[str, Any]) -> str:
+    """Say what is wrong with a file that does not hold what this program writes."""
+    with suppress(RecursionError):
+        if document.get(SUM) == _checksum(document):
+            program = f"{document.get('program')!s:.40}; this is {__version__}"
+            return f"is whole, but of another state of stickslip ({program}). {AGAIN} There"
+    return "is damaged"
 
 
 def _rebuilt(rebuild: Callable[[dict[str, Any]], Any], document: dict[str, Any]) -> Any:
@@ -245,11 +256,10 @@ def _document(path: Path) -> dict[str, Any]:
     if type(version) is not int or version < 1 or "result" not in document:
         raise ValueError(f"{path} is damaged: it says no version, or has no result.")
     if version != VERSION:
-        again = "Compute the result again and save it, or load the file with that stickslip."
         raise ValueError(
             f"{path} was written by stickslip {document.get('program')!s:.40} in version "
             f"{version!s:.40} of the format; this is stickslip {__version__}, which reads "
-            f"version {VERSION}. {'Update stickslip.' if version > VERSION else again}"
+            f"version {VERSION}. {'Update stickslip.' if version > VERSION else AGAIN}"
         )
     return document
 
@@ -409,7 +419,11 @@ class _Reader:
             case "part":
                 part = _known(_parts, written["kind"])[written["kind"]]
                 return part.rebuild(self.value(written["description"], place))
-        cls = class_named(kind)
+        try:
+            cls = class_named(kind)
+        except KeyError:
+            told = f"{place} is a {reprlib.repr(kind)}, of which nothing is known here."
+            raise _DamagedError(told[:LONGEST]) from None
         hints = _hints(cls)
         fields = {
             name: self.value(item, f"{place}.{name}")
@@ -420,6 +434,12 @@ class _Reader:
             if name in hints and not _fits(value, hints[name]):
                 given = f"{reprlib.repr(value)} ({type(value).__name__})"
                 raise _DamagedError(f"{place}.{name} = {given} is no {_named(hints[name])}.")
+        known = inspect.signature(cls).parameters
+        needed = [name for name, each in known.items() if each.default is inspect.Parameter.empty]
+        if off := [*(set(needed) - {*fields}), *({*fields} - {*known})]:
+            names = ", ".join(sorted(off))
+            told = f"{place} ({kind}) lacks these fields, or has them besides: {names}."
+            raise _DamagedError(told[:LONGEST])
         return cls(**fields)
 
     def _array(self, written: dict[str, Any]) -> NDArray[Any]:
