@@ -69,6 +69,26 @@ def test_a_sensor_that_counts_from_anywhere(here: Path, capsys: pytest.CaptureFi
     assert (np.abs(off) < 4.0 * np.array(found["standard_error"])).all()
 
 
+def test_records_at_several_speeds_of_the_belt(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    t = np.linspace(0.0, 15.0, 60)
+    for V in (0.15, 0.3):
+        x = ss.simulate(TRUE.replace(V=V), [0.0], [0.0], t_end=15).x(t)[:, 0]
+        rows = zip(UNITS.to_physical("time", t), UNITS.to_physical("displacement", x), strict=True)
+        lines = [f"{a!r},{b!r}" for a, b in np.array(list(rows)).tolist()]
+        lines[5] = lines[5].split(",")[0] + ","  # missing
+        Path(f"at{V}.csv").write_text("\n".join(["t,x", *lines]), encoding="utf-8")
+    given = ["fit", "at0.15.csv", "at0.3.csv", *FIT, "--units", "m=2", "k=800", "fs1=4"]
+    speeds = [repr(UNITS.scale("velocity") * V) for V in (0.15, 0.3)]
+    assert main([*given, "--pieces", "1", "--json", "--speeds", *speeds]) == DONE
+    document = json.loads(capsys.readouterr().out)
+    np.testing.assert_allclose(document["result"]["value"], [0.5, 0.3], rtol=1e-5)
+    assert document["parameters"]["speeds"] == list(map(float, speeds))
+    assert main([*given, "--speeds", "1"]) == BAD_USAGE
+    assert "--speeds has 1 numbers, and there are 2 files" in capsys.readouterr().err
+
+
 def test_json_of_a_law_from_forces(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     more = ["--bounds", "mu=0.1:0.9", "--priors", "speed=0.3:0.1", "--n-starts", "8"]
     assert main(["fit", "forces.csv", *FIT, *more, "--sigma", "0.01", "--json"]) == DONE

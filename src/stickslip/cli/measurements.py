@@ -12,7 +12,7 @@ from stickslip.cli.output import document, draw_pictures, new_folder, note, show
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from stickslip.identification.fit import Fit
     from stickslip.mechanics.model.arguments import Model
@@ -142,18 +142,18 @@ def fit(
         with new_folder(out, (*TABLES, *PICTURES), force=force) as files:
             fitted = found()
             _write(fitted, files)
-    _tell(fitted, model, records, out, output)
+    asked = {"records": list(map(str, records))} | ({"speeds": speeds} if speeds else {})
+    _tell(fitted, model, asked, out, output)
     good = fitted.converged and fitted.tells and not fitted.undetermined
     return DONE if good else COMPUTATION_FAILED
 
 
 def _tell(
-    found: Fit, model: Model, records: Sequence[Path], out: Path | None, output: OutputOptions
+    found: Fit, model: Model, more: Mapping[str, Any], out: Path | None, output: OutputOptions
 ) -> None:
     if output.json:
         laws = [str(law) for law in model.laws]
-        asked: dict[str, Any] = {**model.parameters, "friction": laws}
-        asked["records"] = list(map(str, records))
+        asked = {**model.parameters, "friction": laws, **more}
         print(document("fit", asked, found.table()), end="")
     elif out is not None:
         print("\n".join(str(out / name) for name in (*TABLES, *PICTURES)))
