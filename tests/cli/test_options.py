@@ -361,6 +361,8 @@ def test_messages_name_options_not_arguments_of_python(command, told, file, caps
             "is off. Known: free_zero, max_evaluations.",
         ),
         ("d = 1: outside. Take d from model.domain. So", "d = 1: outside. So"),
+        ("d = 1: outside. model.contains(d) tells which. So", "d = 1: outside. So"),
+        ("./model.toml: lacks kind. Why", "./model.toml: lacks kind. Why"),
     ],
 )
 def test_arguments_are_called_as_options_are(text, told, monkeypatch):
