@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from tests.analysis import known_maps as examples
 
+import stickslip as ss
 from stickslip import examples as models
 from stickslip.analysis.attractors.attractors import attractors
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap, windowed
-from stickslip.analysis.maps.protocol import Map1D, MapFamily, iterate, sample
+from stickslip.analysis.maps.protocol import Map1D, MapFamily, Mechanism, iterate, sample
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 
@@ -56,6 +57,22 @@ def test_iterates_end_where_they_leave(logistic):
     assert np.array_equal(orbits, iterate(window, [0.55, 0.7, 0.9], 6), equal_nan=True)
     assert math.isnan(orbits[2, -1])
     assert orbits[2, 1] == logistic(0.9) < UPPER[0]
+
+
+class Told(ss.PiecewiseMap):
+    """A map that says why it breaks, of points in its domain alone, as maps of models do."""
+
+    def explain_break(self, left, right):
+        self.evaluate([left, right])
+        return Mechanism("", None)
+
+
+def test_a_power_breaks_where_an_orbit_leaves_and_says_so():
+    """A hunting axis at one end of its slider: its map's own refusal came out."""
+    f = Told("3*x/2", (0.0, 1.0))
+    (edge,) = (b for b in ss.breakpoints(f.power(2)) if 0.0 < b.d < 1.0)
+    np.testing.assert_allclose(edge.d, 2 / 3, rtol=1e-9)
+    assert edge.mechanism == "the orbit has left the domain (iterate 2)"
 
 
 def test_powers_have_no_value_where_orbits_leave(logistic):

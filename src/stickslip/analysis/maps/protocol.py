@@ -299,7 +299,12 @@ def is_ok(values: MapValues) -> NDArray[np.bool_]:
 def explanation(f: Map1D, left: float, right: float) -> Mechanism:
     """Return why a map breaks between two points; no words from a map that offers none."""
     explain = getattr(f, "explain_break", None)
-    return Mechanism("", None) if explain is None else explain(left, right)
+    if explain is None:
+        return Mechanism("", None)
+    if not clip_to_domain(f.domain, np.array([left, right]))[1].all():
+        return Mechanism("the orbit has left the domain", None)  # of a power of the map
+    found: Mechanism = explain(left, right)
+    return found
 
 
 def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:
