@@ -513,6 +513,16 @@ def test_a_job_out_of_time_gives_its_slot_back():
     spin(Job(gate, "a", 10.0), 0.0)
 
 
+def test_a_launch_begins_with_one_point_however_many_make_a_tile():
+    """125 points of a chain, a second each, were one piece: no other page got an answer."""
+    job, pieces = Job(Gate(1), "a", 60.0), []
+    with job.running():
+        job.launch(lambda start, stop: pieces.append(stop - start), 10_000, 4000)
+        assert pieces[0] == 1
+        assert sum(pieces) == 10_000
+    assert len(pieces) < 20  # quick ones soon are large
+
+
 def test_time_in_which_a_kernel_was_compiled_is_none_of_a_job(monkeypatch):
     job = Job(Gate(1), "a", 0.05)
     with job.running():

@@ -22,7 +22,7 @@ OVERDUE: Final = 0.1  # seconds of work after which a slot that others wait for 
 REPORTED: Final = 0.5  # seconds between two reports of progress
 SLOW: Final = 0.05  # seconds between two checkpoints: from then on less is launched at once
 QUICK: Final = 0.01  # ... more of it, up to what pays for a thread
-FIRST: Final = 1 / 32  # ... of which the first launch is this share
+FIRST: Final = 2**-13  # ... of which the first launch is this share: one point, which may take long
 CREDIT: Final = 0.5  # seconds of work by which a client that comes anew is ahead of others
 
 _current: ContextVar[Job | None] = ContextVar("job", default=None)  # of its helping threads, too
