@@ -128,6 +128,21 @@ def test_pictures(explorer, panel, kind, start):
     assert saved(explorer, panel, kind).startswith(start)
 
 
+def test_until_a_file_is_made_the_page_says_so(explorer):
+    explorer.page.evaluate(
+        """() => {
+            window.fetch = () => new Promise(() => {});
+            const wait = window.setTimeout;
+            window.setTimeout = (then, ms) => wait(then, Math.min(ms ?? 0, 50));
+        }"""
+    )
+    explorer.panel("diagram").locator("button.export").click()
+    explorer.panel("diagram").locator("[data-format='svg']").click()
+    explorer.page.wait_for_timeout(200)  # other messages would be gone
+    assert explorer.page.locator(".toast").text_content() == "Making stickslip-diagram.svg …"
+    explorer.open()
+
+
 def test_data_of_the_map(explorer):
     rows = list(csv.reader(io.StringIO(saved(explorer, "map", "csv").decode())))
     assert len(rows) > 600

@@ -58,7 +58,7 @@ export class App {
     );
     /** @type {(t: number) => void} */ this.showTime = () => {};
     /** @type {(field: string | null, message: string) => void} */ this.showError = () => {};
-    /** @type {(message: string) => void} */ this.announce = () => {};
+    /** @type {(message: string, lasts?: boolean) => void} */ this.announce = () => {};
     /** What is shown may have other names. */
     this.arrange = () => {};
     this.restTimer = 0;

@@ -3,11 +3,11 @@ import { element, openDialog } from "./dom.js";
 
 /**
  * @param {{view: string, request: object, format: string}} wanted
- * @param {(message: string) => void} announce
+ * @param {(message: string, lasts?: boolean) => void} announce
  */
 export async function keep(wanted, announce) {
-  const motion = wanted.format === "gif" || wanted.format === "mp4";
-  if (motion) announce("Drawing the motion …");
+  const name = `stickslip-${wanted.view.replaceAll("_", "-")}.${wanted.format}`;
+  if (wanted.format !== "python") announce(`Making ${name} …`, true); // a film takes a minute
   const reply = await fetch(new URL("export", location.href), {
     method: "POST",
     headers: { "Content-Type": "application/json" },
@@ -22,7 +22,6 @@ export async function keep(wanted, announce) {
   if (wanted.format === "python")
     return copy(await reply.text(), "Copied: the calls that make this view", announce);
   const url = URL.createObjectURL(await reply.blob());
-  const name = `stickslip-${wanted.view.replaceAll("_", "-")}.${wanted.format}`;
   element("a", { href: url, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
   announce(`Saved ${name}`);

@@ -118,10 +118,10 @@ async function start() {
     status.textContent =
       'Maps and motions of two blocks are computed here, the rest was before. For all: pip install "stickslip[app]"';
   let toastTimer = 0;
-  app.announce = (message) => {
+  app.announce = (message, lasts = false) => {
     toast.textContent = message;
     clearTimeout(toastTimer);
-    toastTimer = setTimeout(() => (toast.textContent = ""), 4000);
+    if (!lasts) toastTimer = setTimeout(() => (toast.textContent = ""), 4000);
   };
   const main = /** @type {HTMLElement} */ (document.querySelector("main"));
   const { law, table } = addViews(app, main);
