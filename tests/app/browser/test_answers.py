@@ -154,6 +154,11 @@ def test_a_server_that_is_gone_is_the_reason(lonely):
     slider.press("ArrowRight")
     badge = lonely.locator("[data-panel=map] .badge")
     assert badge.text_content() == "older values: the server does not answer"
+    lonely.get_by_label("Model", exact=True).select_option("oscillator")
+    for panel in ("mechanism", "portrait-1", "cycle", "law"):  # nothing of it was seen before
+        badge = lonely.locator(f"[data-panel={panel}] .badge")
+        assert badge.text_content() == "the server does not answer"
+        assert states(lonely)[panel] == "empty"  # so its words are not dimmed
 
 
 def places(page):

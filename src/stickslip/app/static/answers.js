@@ -127,7 +127,7 @@ export class Answers {
       ? "after other views"
       : asked?.compiling && `compiling kernels, the first time only: ${asked.compiling} s`;
     if (!why && running && later) return as(shown ? "stale" : "empty", later);
-    if (!shown) return as(why ? "stale" : "empty", why);
+    if (!shown) return as("empty", why);
     if (fits && !why) return as("computing", `${Math.round(100 * (progress ?? 0))} %`);
     return as("stale", why || "computing");
   }

@@ -61,7 +61,7 @@ export class Panel {
   stand(standing) {
     const { kind, reason, progress } = standing ?? { kind: "empty", reason: "", progress: null };
     if (this.section.dataset.state !== kind) this.section.dataset.state = kind;
-    const label = LABELS[kind] ? [LABELS[kind], reason].filter(Boolean).join(": ") : "";
+    const label = [LABELS[kind], reason].filter(Boolean).join(": ");
     if (this.badge.title !== label) {
       this.badge.title = label;
       this.badge.textContent = kind === "example" ? LABELS[kind] : label;
