@@ -160,7 +160,7 @@ export class Plot {
     this.right = this.width - RIGHT;
     this.bottom = this.height - BOTTOM;
     this.shown = this.view;
-    this.left = this.gutter = left ?? (bare ? RIGHT : this.#labelWidth() + 26);
+    this.left = this.gutter = left ?? (bare ? RIGHT : this.#labelWidth() + 30);
     if (square) this.#square();
     if (above?.width === this.width) {
       above.layOut();
