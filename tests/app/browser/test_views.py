@@ -134,6 +134,14 @@ def test_two_attractors_of_one_period_have_the_names_of_the_map(explorer):
     assert names == ["S1b", "chaos", "S1"]
 
 
+def test_a_map_whose_values_lie_outside_its_view_says_so(explorer):
+    outside = "All values lie outside what is shown."
+    assert outside not in explorer.view("map", "view.sentence()")
+    explorer.page.evaluate("() => explorer.zoom('map', [0.1, 0.15, -0.6, -0.5])")
+    explorer.settle("map")
+    assert outside in explorer.view("map", "view.sentence()")
+
+
 def test_a_zoom_of_the_basins_is_that_of_the_map(explorer):
     explorer.drag("basins", (0.2, 0.5), (0.35, 0.5))
     assert explorer.state["windows"]["map"][:2] == pytest.approx([0.2, 0.35], abs=0.005)

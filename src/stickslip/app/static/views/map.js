@@ -91,11 +91,13 @@ export class MapView extends View {
     if (!values.arrays.branch.some((/** @type {number} */ branch) => branch >= 0))
       return ofBlocks
         ? "No value: from no d shown do both blocks stick together again."
-        : "No value: from no point shown does the motion return.";
+        : `No value: from no point shown does the motion return${this.main ? "" : " so often in the domain"}.`;
     const { state } = this.app;
     const { power } = state;
     const d = startPoint(state);
     const shown = this.plot.view; // what is drawn by now may be of the view before
+    const isSeen = (/** @type {number} */ y) => y >= shown[2] && y <= shown[3];
+    const off = values.arrays.f.some(isSeen) ? "" : " All values lie outside what is shown.";
     const all = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const proper = all.filter((orbit) =>
       this.spots(orbit).some(
@@ -114,7 +116,7 @@ export class MapView extends View {
     const none = this.orbits.old ? "." : ": no orbit is known.";
     const known = counted || elsewhere ? `: ${here}${counted}${elsewhere}.` : none;
     const more = this.orbits.complete ? "" : " Others may lie between the samples.";
-    if (!this.main) return `Repeating after ${power} ${ofBlocks ? "sticks" : "returns"}${known}${more}`;
+    if (!this.main) return `Repeating after ${power} ${ofBlocks ? "sticks" : "returns"}${known}${off}${more}`;
     const breaks = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const seen = breaks.filter(({ at }) => at >= shown[0] && at <= shown[1]);
     const [near] = (seen.length ? seen : breaks).sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
@@ -122,7 +124,7 @@ export class MapView extends View {
     const why = near?.why && `: ${near.why.split(AWAY)[0]}`;
     const nearest = near ? ` Nearest ${where}, at ${short(near.at, 4)}${why}.` : "";
     const each = ofBlocks ? "Each stick of both blocks" : `Each ${releaseOf(this.app.state)}`;
-    return `${each}, at ${name}, leads to the next, at f(${name})${known}${more}${nearest}`;
+    return `${each}, at ${name}, leads to the next, at f(${name})${known}${off}${more}${nearest}`;
   }
 
   paint() {
