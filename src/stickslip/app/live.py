@@ -16,6 +16,7 @@ from stickslip.mechanics.eventmap.records import Controls, new_outputs
 from stickslip.mechanics.flow.engine import FLOW, engine_for
 from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.formula import TracedFormula
+from stickslip.mechanics.friction.law import Range
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.friction.stribeck import Stribeck
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -35,7 +36,7 @@ LAWS: Final[dict[str, FrictionLaw]] = {
     "stribeck": Stribeck(mu=0.22, speed=0.1),
 }
 """Laws that the page can move blocks with, as the page names them."""
-POINTS: Final = 4000  # of a map, at most
+POINTS: Final = 4  # of a map at a time: where blocks slip without end one may take a second
 SAMPLES: Final = 20_000  # of a motion, events included
 CONTROLS: Final = Controls(rtol=1e-15, max_events=1000, max_time=math.inf)
 PHASES: Final = 64  # of an itinerary that is told
@@ -104,6 +105,7 @@ def described(engine: Engine, law: FrictionLaw) -> dict[str, Any]:
         "nodes": {k: nodes[k] for k in reachable(scalars.graph, [force, *scalars.constants])},
         "defaults": {name: getattr(law, name) for name in (*formula.parameters, *law.options)},
         "fixed": fixed(law),
+        "ranges": {name: kind for name, kind in law.fields().items() if isinstance(kind, Range)},
     }
 
 

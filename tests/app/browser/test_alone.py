@@ -1,18 +1,19 @@
 """The page that was written into a folder, shown by a web server that knows nothing of it."""
 
+import re
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
-from tests.app.browser.conftest import Explorer
+from tests.app.browser.conftest import SETTLE_MS, Explorer
 from tests.app.browser.test_looks import violations
 from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.app import live
-from stickslip.app.folder import preset_names
+from stickslip.app.folder import STATIC, preset_names
 from stickslip.app.one_file import one_file
 from stickslip.app.shipped import export
 
@@ -177,6 +178,40 @@ def test_it_says_what_it_does_not_compute(alone):
     alone.page.wait_for_function(
         r"() => document.querySelector('.error').textContent.includes('V = \u22121 is not above 0')"
     )
+
+
+def test_it_takes_the_values_that_the_library_takes(alone):
+    alone.show("preset=law9")
+    with alone.asking_only("law"):
+        alone.page.evaluate("() => explorer.setParameter('delta', 1.5)")
+        alone.page.wait_for_selector("[data-panel=law][data-state=failed]")
+        error = alone.page.locator(".controls > .error")
+        assert error.text_content() == "\u03b4 = 1.5 is not from 0 to 1"
+        alone.page.evaluate("() => explorer.setParameter('delta', 1)")
+        alone.page.wait_for_selector("[data-panel=law][data-state=current]")
+        alone.show("preset=coulomb", "law")
+        alone.page.evaluate("() => explorer.setParameter('mu', 0)")
+        alone.page.wait_for_selector("[data-panel=law][data-state=current]")
+        assert not error.text_content()
+
+
+def test_what_takes_too_long_is_given_up_after_what_is_quick(alone):
+    """Values take long without kinetic friction; with as much as static, half a second each."""
+    script = (STATIC / "live.js").read_text(encoding="utf-8")
+    hasty = re.sub(r"PATIENCE_MS = \S+;", "PATIENCE_MS = 1;", script)
+    assert hasty != script
+    alone.page.context.route(
+        "**/static/live.js", lambda route: route.fulfill(body=hasty, content_type="text/javascript")
+    )
+    alone.page.reload()
+    alone.page.wait_for_function("() => window.explorer")
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.evaluate("() => explorer.setParameter('mu', 0)")
+    alone.page.wait_for_selector("[data-panel=portrait-1][data-state=current]", timeout=SETTLE_MS)
+    alone.page.wait_for_selector("[data-panel=map][data-state=failed]", timeout=SETTLE_MS)
+    assert "took too long" in alone.panel("map").locator(".badge").text_content()
+    alone.page.evaluate("() => explorer.setParameter('mu', 0.3)")
+    alone.page.wait_for_selector("[data-panel=law][data-state=current]", timeout=SETTLE_MS)
 
 
 def test_an_answer_that_does_not_load_has_failed(alone):

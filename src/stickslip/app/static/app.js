@@ -227,7 +227,7 @@ export class App {
     const slots = slotsFor(this.state);
     for (const slot of this.connection.running.keys()) if (!slots.includes(slot)) this.cancel(slot);
     if (!this.state.map) TELLING.forEach((slot) => this.asked.delete(slot)); // as told, but forgotten
-    if (slots.includes("map")) this.ask("map");
+    if (slots.includes("map") && !this.alone) this.ask("map"); // a thread gives way to nothing quick
     clearTimeout(this.soonTimer);
     if (this.connection.running.has("map")) {
       this.soonTimer = setTimeout(() => this.askQuick(), SOON_MS);

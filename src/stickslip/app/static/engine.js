@@ -7,6 +7,7 @@
  * @property {string[]} parameters
  * @property {Record<string, number>} defaults
  * @property {string[]} fixed  what keeps its default in this code
+ * @property {Record<string, {low: number, high: number | null, above: boolean}>} ranges
  * @property {number} force  node of the force
  * @property {number[]} constants  nodes that stand behind the parameters in a row
  * @property {Record<string, [string, number[], number, string]>} nodes  operation, operands, value, name
@@ -20,6 +21,8 @@
 const PAGE = 65536;
 const STACK = 1 << 19; // it ends where arguments begin
 const OK = 0n;
+
+const TOO_LONG = "took too long. Ask for a smaller window, fewer points or shorter periods.";
 
 /** @type {Record<string, any>} */
 const KINDS = {
@@ -67,6 +70,7 @@ export class Engine {
     const [section] = WebAssembly.Module.customSections(module, "stickslip");
     const { places, end, filled } = JSON.parse(new TextDecoder().decode(section));
     this.law = law;
+    this.until = Infinity; // when it gives up, as `performance.now` counts
     this.places = places;
     this.memory = new WebAssembly.Memory({ initial: Math.ceil(end / PAGE) });
     for (const [at, hex] of filled) this.#bytes(at, hex.length / 2).set(bytesOf(hex));
@@ -116,6 +120,7 @@ export class Engine {
     const status = this.array("map.outputs.status");
     const [value, slope, label] = outputs.map((output) => new output.constructor(d.length));
     for (let from = 0; from < d.length; from += points.length) {
+      if (performance.now() > this.until) throw new Error(TOO_LONG);
       const count = Math.min(points.length, d.length - from);
       for (let k = 0; k < count; k++) points[k] = d[from + k];
       this.array("map.stop")[0] = BigInt(count);

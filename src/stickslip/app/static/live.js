@@ -9,6 +9,7 @@ import { breaksOfPower, iterated, orbits, pieces } from "./orbits.js";
 
 const AGAIN = 1e-9; // of the domain: an orbit is back
 const SAMPLES = 500; // of the whole map, to see its breaks
+const PATIENCE_MS = 40_000; // for one answer: twice the server's, whose processors are quicker
 
 /** @typedef {{data: Record<string, any>, arrays?: Record<string, Numbers>}} Found */
 
@@ -57,19 +58,26 @@ const twoBlocks = ({ alpha, beta, V }) => ({
   contacts: [1, beta].map((limit, k) => ({ bodies: [k], V, limit, elastic: false })),
 });
 
+/** @type {Law["ranges"]} */
+const OF_MODEL = {
+  alpha: { low: 0, high: null, above: false },
+  beta: { low: 0, high: null, above: true },
+  V: { low: 0, high: null, above: true },
+};
+
 /** What is wrong with a model's values. @param {Model} model @param {Law} law */
 function fault(model, law) {
-  const { alpha, beta, V, friction } = model;
-  for (const [field, value, ok, allowed] of /** @type {[string, number, boolean, string][]} */ ([
-    ["alpha", alpha, alpha >= 0, "at least 0"],
-    ["beta", beta, beta > 0, "above 0"],
-    ["V", V, V > 0, "above 0"],
+  for (const [values, ranges] of /** @type {[any, Law["ranges"]][]} */ ([
+    [model, OF_MODEL],
+    [model.friction, law.ranges],
   ]))
-    if (!(ok && Number.isFinite(value)))
-      return { field: `model.${field}`, message: `${field} = ${value} is not ${allowed}` };
-  const start = force(law, friction, 0);
-  if (!(start > 0 && start <= 1))
-    return { field: "model.friction", message: `F(0) = ${start} is not in (0, 1]` };
+    for (const [name, { low, high, above }] of Object.entries(ranges)) {
+      const value = values[name];
+      if (Number.isFinite(value) && (above ? value > low : value >= low) && value <= (high ?? value))
+        continue;
+      const allowed = above ? `above ${low}` : high === null ? `at least ${low}` : `from ${low} to ${high}`;
+      return { field: `model.${name}`, message: `${name} = ${value} is not ${allowed}` };
+    }
   return undefined;
 }
 
@@ -194,6 +202,7 @@ async function answer({ id, slot, view, request }) {
   if (!engine || !VIEWS[view]) return part({ cancelled: true });
   const error = fault(request.model, engine.law);
   if (error) return part({ error });
+  engine.until = performance.now() + PATIENCE_MS;
   for (const { name, data, arrays = {} } of VIEWS[view](engine, request)) {
     if (dropped.has(slot)) return part({ cancelled: true });
     part({ last: false, progress: 0.5, data: { part_name: name, ...data }, arrays });

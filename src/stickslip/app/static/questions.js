@@ -112,7 +112,7 @@ const lawRange = (model) =>
 /** Slots of questions that may take long: they wait until the controls rest. */
 export const PATIENT = new Set(["diagram", "basins", "power", "cycle"]);
 
-const OF_LINE = ["map", "power", "cobweb", "basins", "diagram", "motion"];
+const OF_LINE = ["cobweb", "motion", "map", "power", "basins", "diagram"];
 
 /** Slots that have a meaning for a model; those first that need no kernels. @param {State} state */
 export function slotsFor(state) {
