@@ -484,6 +484,18 @@ def test_a_search_takes_the_end_of_its_job_for_no_fault_to_go_on_after(end, monk
     assert not caplog.records
 
 
+def test_a_search_for_a_cycle_asks_whether_it_may_go_on(monkeypatch):
+    """Of a chain without a cycle it went on for 20 seconds, and no other page got an answer."""
+    law = {"law": "popp-stelter", "gamma": 3.0}
+    block = {"kind": "oscillator", "V": 0.2, "damping": 0.05, "friction": law}
+    job, asked = Job(Gate(1), "a", 60.0), []
+    monkeypatch.setattr(job, "check", lambda: asked.append(True))
+    with job.running():
+        (part,) = VIEWS[requests.Cycle](requests.Cycle(block, x=(0.1,), v=(0.0,)))
+    assert part.data["stable"]
+    assert len(asked) >= len(part.data["events"])
+
+
 def test_a_job_ends_when_called_off_while_it_waits():
     gate = Gate(1)
     holder, waiting = Job(gate, "a", 10.0), Job(gate, "b", 10.0)

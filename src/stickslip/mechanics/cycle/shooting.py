@@ -14,6 +14,7 @@ from stickslip.mechanics.flow.recorder import place
 from stickslip.mechanics.flow.system import MAX_INSTANT
 from stickslip.mechanics.model.orders import orders
 from stickslip.mechanics.model.plant import ROUNDING
+from stickslip.numerics.targets import launch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -128,11 +129,16 @@ class Shooter:
 
     def follow(self, t: float, end: float, steps: int = MANY) -> tuple[float, int]:
         """Follow the motion from t to its next event or to an end: the time there, and a status."""
-        engine = self.engine
-        t, status = engine.kernels.to_event(
-            self.system, engine.laws, self.motion, self.work, self.rtol, t, end, steps
-        )
-        return float(t), int(status)
+        engine, reached = self.engine, (t, status_codes.OK)
+
+        def task(_start: int, _stop: int) -> None:
+            nonlocal reached
+            reached = engine.kernels.to_event(
+                self.system, engine.laws, self.motion, self.work, self.rtol, t, end, steps
+            )
+
+        launch(task, 1, threads=1, smallest=1)  # which may be called off: searches take many
+        return float(reached[0]), int(reached[1])
 
     def velocity(self, state: State) -> Floats:
         """Rate of change of a state, (y', w'), shape (n,)."""
