@@ -427,6 +427,7 @@ def test_of_another_system_nothing_is_shown_as_of_this_one(explorer):
         for panel in ("map", "power", "diagram", "basins"):
             assert explorer.view(panel, "view.sentence()") == ""
         assert explorer.view("mechanism", "view.sentence()") == ""
+        assert "along V: not of these values" in explorer.view("table", "view.sentence()")
         for panel in ("portrait-1", "plane"):
             assert explorer.view(panel, "view.x ?? null") is None
         assert explorer.page.evaluate("() => explorer.domain() ?? null") is None

@@ -64,7 +64,7 @@ export class TableView extends View {
 
   /** Whether the diagram that is known is of the present values: the map has its own state. */
   get hasDiagram() {
-    return !["stale", "failed"].includes(this.app.standing("diagram").kind);
+    return !["empty", "stale", "failed"].includes(this.app.standing("diagram").kind);
   }
 
   /** @returns {Thing[]} */
