@@ -8,6 +8,7 @@ from tests.reference.structures import random_structure
 from tests.sizes import slow
 
 import stickslip as ss
+from stickslip.analysis.maps.protocol import apart
 
 TURN = 2 * np.pi
 COULOMB = (ss.Coulomb(mu=0.4), ss.Coulomb(mu=0.6))
@@ -201,6 +202,13 @@ def test_bifurcations_of_a_shaken_block() -> None:
     found = ss.bifurcations(ss.return_map(shaken()), "V", (0.0303, 0.0304), max_period=1, n_lists=3)
     kinds = [b.kind for b in found]
     assert "border_collision" in kinds
+
+
+def test_each_phase_of_an_orbit_is_compared_the_short_way_round() -> None:
+    """Points of a line are numbers, not rows: curves of orbits of period 2 met an IndexError."""
+    f = ss.return_map(shaken())
+    phases = np.array([0.1, TURN - 0.1, 3.0])
+    assert apart(f, phases, np.roll(phases, -1)) == pytest.approx([0.2, -3.1, 2.9])
 
 
 def test_a_free_rotor_loses_its_angle() -> None:

@@ -334,9 +334,9 @@ def _whole_turns(f: MapND, difference: Floats) -> Floats | float:
     """Return what of differences between points is whole periods of angles."""
     if (periods := getattr(f, "periods", None)) is None:
         return 0.0
-    angle, whole = np.isfinite(periods), np.zeros_like(difference)
-    whole[..., angle] = np.round(difference[..., angle] / periods[angle]) * periods[angle]
-    return whole
+    angle = np.isfinite(periods)  # of a line's one number for all points, (p,)
+    period = np.where(angle, periods, 1.0)
+    return np.where(angle, np.round(difference / period) * period, 0.0)
 
 
 def turns(f: MapND) -> Floats:
