@@ -211,6 +211,21 @@ def test_each_phase_of_an_orbit_is_compared_the_short_way_round() -> None:
     assert apart(f, phases, np.roll(phases, -1)) == pytest.approx([0.2, -3.1, 2.9])
 
 
+def test_a_creep_that_the_map_ends_is_no_orbit() -> None:
+    """Contact 2 crept at 6e-12, came to stick, and went elsewhere: listed as a stable orbit."""
+    belts = [ss.Contact(0, friction=ss.Coulomb(0.634381998525305), V=0.1)]
+    belts.append(ss.Contact(1, friction=ss.Coulomb(0.5), V=-0.1))
+    brake = ss.Structure(
+        mass=[1.0, 1.4],
+        stiffness=[[1.5, -0.5], [-0.5, 1.2]],
+        damping=[[0.05, 0.0], [0.0, 0.05]],
+        contacts=belts,
+    )
+    f = ss.return_map(brake, domain=[(-3.0, 3.0), (-3.0, 3.0)])
+    for orbit in ss.periodic_orbits(f, n_starts=16):
+        assert f(f(orbit.points)) == pytest.approx(orbit.points, abs=1e-9)
+
+
 def test_a_free_rotor_loses_its_angle() -> None:
     law = ss.Coulomb(mu=0.5)
     discs = ss.Structure(

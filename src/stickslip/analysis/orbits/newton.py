@@ -257,6 +257,7 @@ class _Iteration:
         self.jacobians, self.labels = values.derivative.copy(), values.label.copy()
         self.residuals, self.size = _residuals(f, values, self.x)
         self.active = np.isfinite(self.size)
+        self.torn = np.zeros(len(guesses), dtype=bool)  # the last step led off: to another piece
         self.n_evaluations = self.x[..., 0].size
 
     def _is_closed(self) -> NDArray[np.bool_]:
@@ -300,6 +301,7 @@ class _Iteration:
         self.n_evaluations += x[..., 0].size
         residuals, size = _residuals(self.f, values, x)
         better: NDArray[np.bool_] = size < (1.0 - DECREASE * share) * self.size[index]
+        self.torn[index] = ~(size <= CLOSED * self._sizes()[index])
         at = index[better]
         self.x[at], self.residuals[at], self.size[at] = x[better], residuals[better], size[better]
         self.jacobians[at], self.labels[at] = values.derivative[better], values.label[better]
@@ -307,7 +309,7 @@ class _Iteration:
 
     def solutions(self) -> Solutions:
         """Return what has been reached."""
-        closed = self._is_closed()
+        closed = self._is_closed() & ~self.torn
         rows = np.flatnonzero(closed)
         matrix = shooting_matrix(self.jacobians[rows])
         least = np.linalg.svd(matrix, compute_uv=False)[:, -1]
