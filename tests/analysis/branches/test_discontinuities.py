@@ -241,6 +241,16 @@ def test_beside_a_jump_values_that_scatter_do_not_lead_away_from_it(at):
     assert jump.quality == "located"
 
 
+@pytest.mark.parametrize("width", [1e-9, 4e-9, 1e-8, 1e-7])
+def test_a_steep_smooth_function_has_no_break(width):
+    f = PiecewiseMap(
+        lambda x: 0.3 * np.tanh((x - 0.3) / width),
+        (-1.0, 1.0),
+        derivative=lambda x: 0.3 / width / np.cosh(np.clip((x - 0.3) / width, -300, 300)) ** 2,
+    )
+    assert not branch_table(f).breakpoints
+
+
 def test_values_that_scatter_make_no_break():
     """Where motions are sensitive, neighbouring floats differ by more than slopes explain."""
 

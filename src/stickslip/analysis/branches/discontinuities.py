@@ -384,12 +384,20 @@ class _Search:
         real = self._is_break(left, right) & ~gap
         real &= ~np.isin(left.x, self.left.x)
         self._keep(left.take(real), right.take(real))
-        # A step that bisection has lost is told as the bracket that it was.
-        held = np.diff(np.searchsorted(np.sort(self.left.x), [low.x, high.x]), axis=0)[0] > 0
-        lost = is_step(low, high, mesh.value_scale) & ~(gap | held)
-        lost &= np.abs(high.value - low.value) > self._noise(low, high)
-        self._keep(low.take(lost), high.take(lost))
+        self._keep(*self._lost(low, high))
         return bool((real | gap).any() and not self.left_out)
+
+    def _lost(self, low: Nodes, high: Nodes) -> tuple[Nodes, Nodes]:
+        """Cells of suspects in which the value steps and bisection has found no break."""
+        left, right = self._stepping()
+        order = np.argsort(low.x)
+        suspect = np.searchsorted(low.x[order], left.x, "right") - 1
+        suspected = (suspect >= 0) & (right.x <= high.x[order][suspect])
+        held = np.diff(np.searchsorted(np.sort(self.left.x), [left.x, right.x]), axis=0)[0] > 0
+        lost = suspected & ~held
+        left, right = left.take(lost), right.take(lost)
+        lost = np.abs(right.value - left.value) > self._noise(left, right)
+        return left.take(lost), right.take(lost)
 
     def _most_isolated(self, suspects: list[Interval], n: int) -> list[Interval]:
         """Choose those farthest from all other doubtful cells."""
@@ -429,11 +437,7 @@ class _Search:
 
         Beside a square root cells are doubtful, too, but no value steps.
         """
-        nodes = self.mesh.nodes
-        left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
-        steps = nodes.same_as_next() & is_step(left, right, self.mesh.value_scale)
-        (at,) = np.nonzero(steps & (right.x - left.x <= 1.5 * self.mesh.resolution))
-        stepping = np.stack([left.x[at], right.x[at]], axis=1)
+        stepping = np.stack([end.x for end in self._stepping()], axis=1)
         clusters = self._joined(self._doubts())
         # One bisection finds one step: of several in a cluster, as of those by a cut, each is one.
         ends = np.array(clusters).reshape(-1, 2)
@@ -442,6 +446,14 @@ class _Search:
         alone = self._by_break(*stepping.T) | inside[:, crowded].any(axis=1)
         clusters = [*map(tuple, ends[~crowded].tolist()), *map(tuple, stepping[alone].tolist())]
         return clusters
+
+    def _stepping(self) -> tuple[Nodes, Nodes]:
+        """Return the ends of cells, as narrow as the resolution, in which the value steps."""
+        nodes = self.mesh.nodes
+        left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
+        steps = nodes.same_as_next() & is_step(left, right, self.mesh.value_scale)
+        steps &= right.x - left.x <= 1.5 * self.mesh.resolution
+        return left.take(steps), right.take(steps)
 
     def _by_break(self, lo: Floats, hi: Floats) -> Bools:
         """Tell which intervals are close to a break that is known, or to an end of the domain."""
