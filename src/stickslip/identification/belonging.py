@@ -14,6 +14,7 @@ from stickslip.identification.data import (
     ForcePoints,
     MapPoints,
     Record,
+    under_conditions,
 )
 from stickslip.identification.terms import natural_period
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -37,7 +38,7 @@ def check_belongs(model: Model, data: Data, number: int, *, check_units: bool) -
     place = f"data {number} ({type(data).__name__})"
     if data.conditions and not model.parameters.keys() >= data.conditions.keys():
         raise ValueError(f"{place}: V is that of blocks on one belt, and the model has several")
-    model = data.under_conditions(model)
+    model = under_conditions(data, model)
     _check_blocks(model, data, place)
     if check_units:
         for told in _sizes(model, data):

@@ -66,16 +66,6 @@ class _Measured:
         """Parameters of a model that these data have values of their own for."""
         return {}
 
-    def under_conditions(self, model: Model) -> Model:
-        """Return a model with those values."""
-        return model.replace(**self.conditions) if self.conditions else model
-
-    def weighed(self, factor: float) -> Self:
-        """Return the data with errors, given or guessed, times a factor."""
-        names = {"x": "sigma", "v": "sigma_v"}
-        errors = {names.get(name, "sigma"): factor * sigma for name, _, sigma in self.rows}
-        return replace(self, **errors)  # type: ignore[type-var]
-
     def to_dimensionless(self, units: Units) -> Self:
         """Divide measured values by the scales of a model's units.
 
@@ -550,6 +540,20 @@ def _start(data: Any) -> dict[str, Any]:
     }
     V = None if data.V is None else finite_number("V", data.V)
     return {**checked, "free_start": free, "V": V}
+
+
+def under_conditions(data: Data, model: Model) -> Model:
+    """Return a model with the values that data have of their own."""
+    return model.replace(**data.conditions) if data.conditions else model
+
+
+def weighed(data: Data, factor: float) -> Data:
+    """Return data with errors, given or guessed, times a factor."""
+    names = {"x": "sigma", "v": "sigma_v"}
+    errors: dict[str, Any] = {
+        names.get(name, "sigma"): factor * sigma for name, _, sigma in data.rows
+    }
+    return replace(data, **errors)
 
 
 def guessed(values: Floats) -> float:

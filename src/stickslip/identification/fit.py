@@ -24,7 +24,14 @@ from stickslip.checks import (
     whole_number,
 )
 from stickslip.identification.belonging import check_belongs
-from stickslip.identification.data import Data, EventTimes, Record, compared
+from stickslip.identification.data import (
+    Data,
+    EventTimes,
+    Record,
+    compared,
+    under_conditions,
+    weighed,
+)
 from stickslip.identification.errors import (
     HELD,
     POINTS,
@@ -396,10 +403,10 @@ class Fit(Result):
             raise ValueError(f"values: {name} is in [{self.bounds[k, 0]}, {self.bounds[k, 1]}]")
         exact = HELD * (error if np.isfinite(error) else np.ptp(held) or abs(best) or 1.0)
         scale = self.scale or 1.0  # 0 of data without noise
-        weighed = replace(self, data=tuple(each.weighed(scale) for each in self.data))
+        weighted = replace(self, data=tuple(weighed(each, scale) for each in self.data))
         chi2, others = np.zeros(len(held)), np.zeros((len(held), len(self.parameters)))
         for side in (np.flatnonzero(held >= best), np.flatnonzero(held < best)[::-1]):
-            now = weighed
+            now = weighted
             for at in side:
                 now = now._held(k, float(held[at]), exact)
                 chi2[at], others[at] = now.chi2 + self._misfit(now.values), now.values
@@ -589,7 +596,7 @@ def _searched(
         before = [None] * len(data) if found is None else [a.states for a in found.answers]
         triples = zip(data, counts, before, strict=True)
         terms = [
-            term_of(each, each.under_conditions(now), n, states) for each, n, states in triples
+            term_of(each, under_conditions(each, now), n, states) for each, n, states in triples
         ]
         search = _Search(_Problem(now, names, terms, priors, link), ranges)
         begin = search.problem.start
@@ -1016,7 +1023,7 @@ def _result(
         n_free=stage.n_free,
         scale=scale,
         starts=tuple(
-            term.states(term.data.under_conditions(best), unknowns[own])
+            term.states(under_conditions(term.data, best), unknowns[own])
             for term, own in zip(problem.terms, problem.own, strict=True)
         ),
         matched=tuple(each.matched for each in stage.answers),

@@ -21,6 +21,7 @@ from stickslip.identification.data import (
     ForcePoints,
     MapPoints,
     Record,
+    under_conditions,
 )
 from stickslip.mechanics.cycle.search import find_cycle
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -86,7 +87,7 @@ class Term(ABC):
         """Compare the data with a model under their conditions, which no parameter changes."""
         moves = [name not in self.data.conditions for name in names]
         moving = tuple(name for name, free in zip(names, moves, strict=True) if free)
-        answer = self.answer(self.data.under_conditions(model), moving, own)
+        answer = self.answer(under_conditions(self.data, model), moving, own)
         there = [*moves, *[True] * len(own)]
 
         def widened(slopes: Floats) -> Floats:
