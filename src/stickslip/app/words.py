@@ -35,9 +35,14 @@ def of_page(text: str) -> str:
         text = re.sub(theirs, own, text)
     text = TABLE.sub(lambda at: f"{TITLES.get(at[1], at[1])} {int(at[2]) + 1}: ", text)
     text = ENTRY.sub(_counted, text)
+    return without_clauses(text, PYTHON)
+
+
+def without_clauses(text: str, python: re.Pattern[str]) -> str:
+    """Leave out clauses that name what only Python has, but never the first one."""
     fact, *more = CLAUSES.split(text)
     for clause in more:
-        if not PYTHON.search(QUOTED.sub("", clause)):
+        if not python.search(QUOTED.sub("", clause)):
             fact = f"{fact} {clause}"
         elif not fact.endswith("."):  # it ends as what is left out does
             fact = fact[:-1] + clause[-1]

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 from cyclopts import CycloptsError
 
+from stickslip.app.words import without_clauses
 from stickslip.cli.process import CommandError, RefusalError, UsageError, all_or_none, shortened
 from stickslip.files import (
     PICTURE_FORMATS,
@@ -44,9 +45,7 @@ ARGUMENT = re.compile(
 )
 # What only Python has: the kind of a value, and what is said of an object's parts.
 KIND = re.compile(r" \((?:tuple|list|dict|ndarray)\)")
-PARTS = re.compile(
-    r"(?:^|(?<=[.;:,])) ?[^.;:,]*\b(?:ss|model)\.[a-z]\w*(?:\([^.;:,]*[.;:,]?|\.(?!\S))"
-)
+PARTS = re.compile(r"\b(?:ss|model)\.[a-z]\w*(?:\(|\.(?!\S))")
 PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 
 
@@ -176,7 +175,7 @@ def in_options(text: str) -> str:
             lacking.append(f"{name}=")
         return found[0]
 
-    text = KIND.sub("", PARTS.sub("", ARGUMENT.sub(told, text)))
+    text = KIND.sub("", without_clauses(ARGUMENT.sub(told, text), PARTS))
     missing = ", ".join(dict.fromkeys(lacking))
     return f"{text} ({missing} is for Python; this command has no such option)" if lacking else text
 

@@ -191,12 +191,13 @@ class Fit(Result):
         ]
         pairs = list(zip(self.data, self.fitted, strict=True))
         if self.loss == "linear":
-            far = ((k, _farthest(*each)) for k, each in enumerate(pairs, start=1))
+            far = ((k, *_farthest(*each)) for k, each in enumerate(pairs, start=1))
+            rounding = np.isnan(self.autocorrelation[:, 0])
             told += [
                 f"data {k}: {place} is {times:.3g} times as far off as most: an outlier? "
                 "(loss='huber' feels it less)"
-                for k, (place, times) in far
-                if times > FAR
+                for k, place, times in far
+                if times > FAR and not rounding[k - 1]
             ]
         missed = sum(int(np.sum(~np.isfinite(each[data.known]))) for data, each in pairs)
         if missed:
@@ -896,10 +897,7 @@ def _alike(data: Data, fitted: Floats) -> tuple[float, float]:
 
 
 def _farthest(data: Data, fitted: Floats) -> tuple[str, float]:
-    """Where the largest residual is, and how many times as large as half of them, by their median.
-
-    NaN where residuals are rounding.
-    """
+    """Tell where the largest residual is, and how many times as large as the median one."""
     rows = [(name, at, abs((a - b) / sigma)) for name, at, a, b, sigma in compared(data, fitted)]
     sizes = [float(np.nanmax(off, initial=0.0)) for _, _, off in rows]
     most = float(np.nanmedian(np.concatenate([off.ravel() for *_, off in rows])))
@@ -907,7 +905,7 @@ def _farthest(data: Data, fitted: Floats) -> tuple[str, float]:
     row, column = np.unravel_index(int(np.nanargmax(off)), off.shape)
     block = f" of block {data.blocks[column]}" if isinstance(data, Record) else ""
     place = f"{name}{block} at {data.abscissa[0]} = {at[row]:.6g}"
-    return place, max(sizes) / most if np.isfinite(_alike(data, fitted)[0]) else np.nan
+    return place, max(sizes) / most if most else np.inf
 
 
 def _listed(data: Any) -> tuple[Data, ...]:

@@ -1,8 +1,8 @@
-"""Names of the types of arrays, columns of them, and a product of many rows."""
+"""Names of the types of arrays, columns of them, a product of many rows, the golden ratio."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Complexes: TypeAlias = NDArray[np.complex128]
+
+# As far from all fractions as a number can be: its multiples modulo 1 have no pattern.
+GOLDEN: Final = 0.6180339887498949
 
 
 class Columns:

@@ -368,7 +368,7 @@ class _Search:
         """Bisect breaks without a label, by which side a point is more like; tell if one is new."""
         fresh = [ends for ends in self._suspects() if ends not in self.suspected]
         suspects = self._most_isolated(fresh, MAX_SUSPECTS - len(self.suspected))
-        self.left_out += sorted({*fresh} - {*suspects})
+        self.left_out += {*fresh} - {*suspects}
         if not suspects:
             return False
         self.suspected.update(suspects)
@@ -404,7 +404,7 @@ class _Search:
         if len(suspects) <= n:
             return suspects
         lo, hi = np.array(sorted({*self.mesh.doubtful, *suspects})).T
-        begins = np.flatnonzero(np.append(True, lo[1:] > np.maximum.accumulate(hi)[:-1]))
+        begins = np.flatnonzero(_begin(lo, hi, 0.0))
         room = np.concatenate([[np.inf], lo[begins[1:]] - hi[begins[1:] - 1], [np.inf]])
         run = np.searchsorted(lo[begins], [lower for lower, _ in suspects], "right")
         order = np.argsort(-np.minimum(room[run - 1], room[run]), kind="stable")
@@ -438,14 +438,12 @@ class _Search:
         Beside a square root cells are doubtful, too, but no value steps.
         """
         stepping = np.stack([end.x for end in self._stepping()], axis=1)
-        clusters = self._joined(self._doubts())
+        ends = self._joined(self._doubts())
         # One bisection finds one step: of several in a cluster, as of those by a cut, each is one.
-        ends = np.array(clusters).reshape(-1, 2)
         inside = (stepping[:, :1] >= ends[:, 0]) & (stepping[:, 1:] <= ends[:, 1])
         crowded = inside.sum(axis=0) > 1
         alone = self._by_break(*stepping.T) | inside[:, crowded].any(axis=1)
-        clusters = [*map(tuple, ends[~crowded].tolist()), *map(tuple, stepping[alone].tolist())]
-        return clusters
+        return [*map(tuple, ends[~crowded].tolist()), *map(tuple, stepping[alone].tolist())]
 
     def _stepping(self) -> tuple[Nodes, Nodes]:
         """Return the ends of cells, as narrow as the resolution, in which the value steps."""
@@ -462,32 +460,34 @@ class _Search:
         near = NEAR * self.mesh.resolution
         return np.searchsorted(breaks, hi + near) > np.searchsorted(breaks, lo - near, "right")
 
-    def _doubts(self) -> list[Interval]:
-        """Doubtful cells away from breaks that are known."""
+    def _doubts(self) -> Floats:
+        """Doubtful cells away from breaks that are known, ascending, (n, 2)."""
         cells = np.array(sorted(self.mesh.doubtful)).reshape(-1, 2)
-        return [(lo, hi) for lo, hi in cells[~self._by_break(*cells.T)].tolist()]
+        return cells[~self._by_break(*cells.T)]
 
-    def _joined(self, intervals: list[Interval]) -> list[Interval]:
-        """Join intervals that are near each other, with no known break between them."""
-        breaks, near = np.sort(self.right.x), NEAR * self.mesh.resolution
-        joined: list[Interval] = []
-        for lo, hi in sorted(intervals):
-            last = joined[-1][1] if joined else -np.inf
-            if lo - last <= near and not np.diff(np.searchsorted(breaks, [last, lo], "right"))[0]:
-                joined[-1] = (joined[-1][0], max(hi, last))
-            else:
-                joined.append((lo, hi))
-        return joined
+    def _joined(self, intervals: Floats) -> Floats:
+        """Join ascending intervals that are near each other, with no known break between them."""
+        lo, hi = intervals.T
+        n_breaks = np.searchsorted(np.sort(self.right.x), intervals, "right")
+        begins = _begin(lo, hi, NEAR * self.mesh.resolution)
+        begins[1:] |= n_breaks[1:, 0] != n_breaks[:-1, 1]
+        first = np.flatnonzero(begins)
+        return np.stack([lo[first], np.maximum.reduceat(hi, first)], axis=1)
+
+    def _give_up(self) -> None:
+        """Cut out what suspects hide that are not followed: of it nothing is known."""
+        unknown = np.concatenate([self.left_out, self._doubts()])
+        for lo, hi in self._joined(unknown[np.lexsort(unknown.T[::-1])]).tolist():
+            first, last = np.searchsorted(self.mesh.nodes.x, [[lo], [hi]])
+            outside = (self.left.x < lo) | (self.right.x > hi)
+            self.left, self.right = self.left.take(outside), self.right.take(outside)
+            self._keep(self.mesh.nodes.take(first), self.mesh.nodes.take(last))
 
     def result(self) -> tuple[Discontinuities, list[Unresolved]]:
         """Discontinuities in ascending order; what lies between slivers is one cut, or a gap."""
         mesh = self.mesh
-        # Of more suspects than are followed nothing is known, nor of what they have hidden.
-        for lo, hi in self._joined(self.left_out + self._doubts()) if self.left_out else ():
-            first, last = np.searchsorted(mesh.nodes.x, [[lo], [hi]])
-            outside = (self.left.x < lo) | (self.right.x > hi)
-            self.left, self.right = self.left.take(outside), self.right.take(outside)
-            self._keep(mesh.nodes.take(first), mesh.nodes.take(last))
+        if self.left_out:
+            self._give_up()
         order = np.argsort(self.left.x, kind="stable")
         left, right, step = self.left.take(order), self.right.take(order), mesh.resolution
         if mesh.events_left <= 0:
@@ -535,6 +535,12 @@ class _Search:
         """Note a branch at an end of the domain, if it is not in what is told of already."""
         if not any(other.lo <= lo <= hi <= other.hi for other in self.unresolved):
             self.unresolved.append(Unresolved(NARROW_END, lo, hi))
+
+
+def _begin(lo: Floats, hi: Floats, near: float) -> Bools:
+    """Tell which of some ascending intervals are farther than `near` from all before."""
+    apart: Bools = lo[1:] - np.maximum.accumulate(hi)[:-1] > near
+    return np.append(np.full(len(lo[:1]), True), apart)
 
 
 def _opened(left: Nodes, right: Nodes, wide: Bools) -> tuple[Nodes, Nodes]:

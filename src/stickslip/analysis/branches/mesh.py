@@ -19,7 +19,7 @@ from stickslip.analysis.maps.protocol import (
     sample,
     values_and_slopes,
 )
-from stickslip.numerics.arrays import Columns
+from stickslip.numerics.arrays import GOLDEN, Columns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 RESOLUTION: Final = 1e-9  # of tables, where branches do not crowd, and of limits at breaks
 WIDE: Final = 1e-3  # of the domain: branches that are all told apart, and the largest resolution
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
-GOLDEN: Final = 0.6180339887498949
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
 GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
 LONG: Final = 256  # events of a motion from which on it counts as a long one

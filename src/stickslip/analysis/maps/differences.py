@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.numerics.arrays import GOLDEN
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
@@ -18,8 +20,8 @@ EPS: Final = float(np.finfo(np.float64).eps)
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
 # Of a step, the next one. Over jumps of a sawtooth, n of them and m, steps of the ratio m / n agree
-# on a wrong slope: this square of the golden ratio is far from all such fractions.
-SHORTER: Final = 0.3819660112501051
+# on a wrong slope: the square of the golden ratio is far from all such fractions.
+SHORTER: Final = 1.0 - GOLDEN
 SIGNIFICANT: Final = 8  # bits of a step: a point and its neighbours differ by just the step
 N_STEPS: Final = 21  # down to 1e-10 of the scale, for points close to a singularity
 APPROACH: Final = 0.7  # sides differ by f'' h: smaller with the step

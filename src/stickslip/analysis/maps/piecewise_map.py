@@ -22,6 +22,7 @@ from stickslip.analysis.maps.user_function import (
     takes_arrays,
 )
 from stickslip.checks import checked_interval, real_numbers, shown
+from stickslip.numerics.arrays import GOLDEN
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 Breakpoints: TypeAlias = Sequence[float | str] | Callable[..., Sequence[float]]
 
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
-GOLDEN: Final = 0.6180339887498949
 SHARES: Final = np.asarray((0.5 + GOLDEN * np.arange(1, N_PROBES + 1)) % 1.0, dtype=np.float64)
 COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
 PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it

@@ -17,6 +17,7 @@ from stickslip.mechanics.eventmap.backend import NO_TRAPS, ScalarBackend
 from stickslip.mechanics.eventmap.records import LONG, Controls, new_outputs
 from stickslip.mechanics.flow.engine import engine_for
 from stickslip.mechanics.flow.system import BACKWARD, STICK
+from stickslip.numerics.arrays import GOLDEN
 from stickslip.status import EVENT_LIMIT
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 STARTS, TRIED = 24, 2
 # Events after which a motion counts as one that stays: half of LONG, while it comes from afar.
 STAYS = 128
-GOLDEN = 0.5 * math.sqrt(5.0) - 0.5
 # Turns by which a motion shows where it stays.
 TURNS = 96
 # Rings and rays on which turns are taken, places along each ray, corners of a trap.

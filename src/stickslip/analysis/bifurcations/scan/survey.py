@@ -31,6 +31,7 @@ from stickslip.analysis.branches.table import (
     tables_complete_above,
 )
 from stickslip.analysis.work import Work
+from stickslip.numerics.arrays import GOLDEN
 from stickslip.numerics.processes import in_processes
 
 if TYPE_CHECKING:
@@ -45,7 +46,6 @@ LISTED: Final = 0.4  # share of the work that the lists of the grid are, roughly
 SECOND_LOOKS: Final = 2  # rounds of lists added where a pair of events may hide
 EVERY: Final = 3  # value of the grid that has a list where breaks accumulate, and each costs much
 JITTER: Final = 0.11  # of a spacing: values of a grid keep away from round numbers
-GOLDEN: Final = 0.6180339887498949
 
 
 class Survey(Range):
