@@ -229,6 +229,17 @@ def test_the_velocity_of_a_riding_block_is_no_unknown() -> None:
     assert np.array(term_of(seen, smooth, 20).moves).all()
 
 
+@pytest.mark.parametrize("x", [0.7, 1.2])
+def test_a_start_that_slips_about_as_fast_as_the_belt_is_no_ride(x: float) -> None:
+    block, t = ss.Oscillator(V=0.3, friction=ss.Coulomb(mu=0.4)), np.linspace(0.0, 40.0, 400)
+    values, sigma = noisy(ss.simulate(block, [x], [0.24], t_end=t[-1]).x(t))
+    begun = block.replace(V=0.27, mu=0.36)
+    found = ss.fit(begun, ss.Record(t, values, sigma=sigma), ["mu", "V"])
+    assert found.message == "converged"
+    assert inside(found, {"mu": 0.4, "V": 0.3})
+    assert found.starts[0][1] == pytest.approx(0.24, abs=0.01)
+
+
 def test_each_value_has_an_error_of_its_own(tmp_path) -> None:  # type: ignore[no-untyped-def]
     law, rng = ss.Stribeck(mu=0.5, speed=0.3), np.random.default_rng(3)
     s, sigma = np.linspace(0.05, 2.0, 80), np.where(np.arange(80) % 2, 0.2, 1e-3)

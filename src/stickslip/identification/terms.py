@@ -44,6 +44,9 @@ MISSED = 100.0
 FEW = 100
 # Standard errors of a velocity within which a block counts as riding.
 SURE = 4.0
+# Evaluations in which the start of a piece is sought, to tell whether blocks ride there, and the
+# mean square of residuals that tell no more than rounding.
+TRIES, EXACT = 12, 1e-6
 # Of the belt's speed: a block that starts with so slow a slip rides; its landing, at once, would
 # have no derivatives.
 RIDES = 1e-9
@@ -158,14 +161,14 @@ class RecordTerm(Term):
         splits = np.array_split(np.arange(len(self.t)), n_pieces)
         self.first = [int(split[0]) for split in splits]
         given = self.origin.given
-        guess = self.state_at if states is None else states.__getitem__
+        guess = self._likely if states is None else states.__getitem__
         self.known = None if self.origin.free else given
         self.in_space = [self.known is None and not self.origin.on_belt, *[True] * (n_pieces - 1)]
         starts = [np.zeros(0) if self.known is not None or given is None else given]
         starts += [guess(k) - self._belt(model) for k in self.first[1:]]
-        if self.in_space[0]:
-            state = given if states is None and given is not None else guess(0)
-            starts[0] = state - self._belt(model)
+        if self.in_space[0]:  # no motion leads there: who rides is asked anew
+            known = given if states is None else self._likely(0, states[0])
+            starts[0] = (self._likely(0) if known is None else known) - self._belt(model)
         self.moves = [
             self._unknown(each) if in_space else np.full(len(each), True)
             for each, in_space in zip(starts, self.in_space, strict=True)
@@ -216,14 +219,68 @@ class RecordTerm(Term):
         x, v = np.split(np.array([self.state_at(k) for k in self._some]), 2, axis=1)
         return np.repeat([max(float(part.std()), 1e-12) for part in (x, v)], x.shape[1])
 
-    def state_at(self, k: int) -> Floats:
-        """Guess of the state at a sample, from those near it."""
-        found, _, errors = self._about(k)
-        if self.over_belt:  # a block that seems to ride does
-            V = self.model.plant.V
-            rides = np.abs(found[1] - V) <= SURE * errors * self._scatter
-            found[1] = np.where(rides, V, found[1])
-        return found.ravel()
+    def state_at(self, k: int, known: Floats | None = None) -> Floats:
+        """Guess of the state at a sample: a known one or from those near it; who may ride does."""
+        seen = self._about(k)[0].ravel()
+        if not self.over_belt:
+            return seen if known is None else known
+        n, V = len(seen) // 2, self.model.plant.V
+        if known is not None:
+            seen = np.where(np.append(np.full(n, True), known[n:] != V), known, seen)
+        return np.append(seen[:n], np.where(self._may_ride(k), V, seen[n:]))
+
+    def _may_ride(self, k: int) -> NDArray[np.bool_]:
+        """Whether each block has the belt's velocity at a sample, as far as those near it tell."""
+        (_, speeds), _, errors = self._about(k)
+        return np.abs(speeds - self.model.plant.V) <= SURE * errors * self._scatter
+
+    def _likely(self, k: int, known: Floats | None = None) -> Floats:
+        """Guess of the state at a sample: who may ride does, unless slip tells the next better."""
+        best, slip = self.state_at(k, known), self._about(k)[0][1]
+        n = len(slip)
+        jumps = ~self._unknown(np.zeros(2 * n))[n:]
+        if not (jumps.any() and (rides := self._may_ride(k) & jumps).any()):
+            return best
+        least, _ = self._misfit_from(k, best)
+        for block in np.flatnonzero(rides):
+            other = best.copy()
+            other[n + block] = slip[block]
+            misfit, n_free = self._misfit_from(k, other)
+            if least - misfit > SURE**2 * max(misfit / n_free, EXACT):
+                best, least = other, misfit
+        return best
+
+    def _misfit_from(self, k: int, state: Floats) -> tuple[float, int]:
+        """Sum of squares of the samples from one on, over some period, and number of free data."""
+        from scipy.optimize import least_squares  # loads linear algebra
+
+        begin = 0.0 if self.model.plant.is_forced else self.t[k]
+        end = int(np.searchsorted(self.t, self.t[k] + natural_period(self.model)))
+        rows = slice(k, min(max(end, k + FEWEST), len(self.t)))
+        belt = self._belt(self.model)
+        moves = self._unknown(state - belt)
+
+        def compared(own: Floats) -> tuple[Floats, Floats]:
+            start = state.copy()
+            start[moves] = own
+            table = _Rows(self.data, len(state) + len(self.zero), self.zero)
+            given = self.origin.arguments(start, on_belt=False)
+            values, slopes = sampled(self.model, given, ("x0", "v0"), self.t[rows] - begin)
+            table.add(rows, values, np.pad(slopes, [(0, 0), (0, 0), (0, len(self.zero))]))
+            residuals, jacobian, _ = table.joined()
+            return residuals, np.nan_to_num(jacobian[:, : len(state)][:, moves], posinf=0, neginf=0)
+
+        def residuals(own: Floats) -> Floats:
+            return compared(own)[0]
+
+        def slopes(own: Floats) -> Floats:
+            return compared(own)[1]
+
+        try:
+            found = least_squares(residuals, state[moves], slopes, x_scale="jac", max_nfev=TRIES)
+        except ValueError:  # no motion from there meets any of them
+            return np.inf, 1
+        return 2.0 * float(found.cost), max(len(found.fun) - int(moves.sum()), 1)
 
     def _about(self, k: int) -> tuple[Floats, Floats, Floats]:
         """State at a sample, (2, n), scatter, error of a velocity for a scatter of 1, each (n,).
