@@ -744,3 +744,19 @@ def test_noise_of_a_map_hides_nothing(noise):
     found = bifurcations(family, "r", (2.9, 3.5), max_period=2)
     assert_same(found, [(3.0, 1), (1 + np.sqrt(6), 2)])
     assert not found.unresolved
+
+
+@pytest.mark.parametrize("apart", [1e-6, 3e-8])
+def test_two_orbits_of_large_multipliers_meet_a_jump_close_to_each_other(apart: float) -> None:
+    steep = 1e6
+    f = ss.PiecewiseMap(
+        lambda x, mu: np.where(x < 0, steep * x + mu, steep * x + mu - apart),
+        (-1, 1),
+        parameters={"mu": 0.1},
+        derivative=lambda x, mu: np.full_like(x, steep),
+        breakpoints=[0.0],
+    )
+    found = ss.bifurcations(f, "mu", (-0.9, 1.1), max_period=1)
+    assert [item.kind for item in found] == ["border_collision"] * 2
+    np.testing.assert_allclose([item.value for item in found], [0.0, apart], rtol=0, atol=1e-15)
+    assert found.unresolved == ()

@@ -323,12 +323,11 @@ class _Between:
         nodes: dict[tuple[int, int], Node] = {}
         for k, group in enumerate(groups):
             rooms = bounds[k + 1] - bounds[k], bounds[k + 2] - bounds[k + 1]
-            # An event at the value of a list, as at an end of the range, has its list already.
-            open_sides = [side for side in (0, 1) if rooms[side] > self.whole.closest]
-            beside = min([BESIDE * self.whole.scale, *(CLEAR * rooms[side] for side in open_sides)])
-            for side in open_sides:
-                q = place(group[-1]) + beside if side else place(group[0]) - beside
-                nodes[k, side] = self._node(q)
+            for side, room in enumerate(rooms):
+                if room > self.whole.closest:  # or it has its list, as at an end of the range
+                    beside = min(BESIDE * self.whole.scale, CLEAR * room)
+                    q = place(group[-1]) + beside if side else place(group[0]) - beside
+                    nodes[k, side] = self._node(q)
         plain: list[tuple[Node, Node]] = []
         last = span.left
         for k, group in enumerate(groups):
