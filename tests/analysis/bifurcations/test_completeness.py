@@ -760,3 +760,22 @@ def test_two_orbits_of_large_multipliers_meet_a_jump_close_to_each_other(apart: 
     assert [item.kind for item in found] == ["border_collision"] * 2
     np.testing.assert_allclose([item.value for item in found], [0.0, apart], rtol=0, atol=1e-15)
     assert found.unresolved == ()
+
+
+def test_a_fold_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
+    middle, half, bend = 0.1, 3e-8, 1e10
+    f = ss.PiecewiseMap(
+        lambda x, mu: np.where(
+            np.abs(x - middle) < half, x + mu - bend * (x - middle) ** 2, 0.45 - 0.5 * x
+        ),
+        (-1, 1),
+        parameters={"mu": 1e-6},
+        derivative=lambda x, mu: np.where(
+            np.abs(x - middle) < half, 1.0 - 2.0 * bend * (x - middle), -0.5
+        ),
+        breakpoints=[middle - half, middle + half],
+    )
+    found = bifurcations(f, "mu", (-5e-6, 3e-6), max_period=1)
+    assert [item.kind for item in found] == ["fold", "flip"]
+    np.testing.assert_allclose([item.value for item in found], [0.0, 1 / bend], rtol=0, atol=1e-15)
+    assert found.unresolved == ()

@@ -23,7 +23,7 @@ Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 EPS: Final = float(np.finfo(np.float64).eps)
 ROUNDINGS: Final = 4.0  # of a value of the map, for one that does not tell its accuracy
 STEP: Final = 1e-7  # of the domain: second derivatives are differences of slopes this far apart
-FINEST: Final = 1e-9  # of the domain: ... or at least this far, where that is needed
+FINEST: Final = 1e-11  # of the domain: ... or at least this far, where that is needed
 SLOW: Final = 0.1  # reduction of the error by one step that tells of a good second derivative
 SHARP: Final = 1e-15  # of the domain: what a last step may still add to f^p(x) - x
 SETTLED: Final = 1e-7  # of the domain: what a step this short changes, Taylor's formula tells
@@ -144,7 +144,13 @@ def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
     scale = domain_width(getattr(f, "whole", f))
     h, last = STEP * scale, math.inf
     for _ in range(MAX_NEWTON):
-        path, slope, curvature = bend(f, p, x, h)
+        try:
+            path, slope, curvature = bend(f, p, x, h)
+        except ConditionLost:
+            if h <= FINEST * scale:
+                raise
+            h = max(0.1 * h, FINEST * scale)  # its branch is narrow
+            continue
         if abs(1.0 - slope) > SLOW * last:
             h = max(0.1 * h, FINEST * scale)  # f^p bends on a smaller scale than that
         last = abs(1.0 - slope)
