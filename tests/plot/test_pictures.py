@@ -1,5 +1,7 @@
 """Each picture shows what the model says: read back from the artists, not from pixels."""
 
+from importlib.resources import files
+
 import numpy as np
 import pytest
 from matplotlib.patches import FancyArrowPatch, Polygon
@@ -9,6 +11,7 @@ from stickslip.mechanics.friction.coulomb import Coulomb
 from stickslip.mechanics.friction.popp_stelter import PoppStelter
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.blocks import Chain, Oscillator
+from stickslip.mechanics.model.file import read_model
 from stickslip.mechanics.model.units import Units
 from stickslip.plot.breaks import mechanism
 from stickslip.plot.law import friction_characteristic
@@ -23,6 +26,7 @@ from stickslip.plot.motion import (
 )
 from stickslip.plot.orbits import draw_orbits
 from stickslip.plot.style import new_figure, style
+from stickslip.studies.bowed_string.string import MODEL, PLACE, helmholtz
 
 
 @pytest.fixture
@@ -177,6 +181,28 @@ class TestMotion:
         times = sample_times(t)
         assert np.isin(t, times).all()
         assert np.all(np.diff(times) > 0)
+
+    def test_a_portrait_of_fast_slips_is_smooth(self, ax):
+        motion = simulate(MODEL, *helmholtz(PLACE, MODEL.contacts[0].static), t_end=4.0)
+        phase_portrait(motion, 1, ax)
+        path = ax.lines[-1].get_xydata()
+        steps = np.hypot(*np.diff(path / np.nanstd(path, axis=0), axis=0).T)
+        assert np.nanmedian(steps) < 0.2
+
+    @pytest.mark.parametrize("n", [4, 8])
+    def test_a_legend_of_many_blocks_leaves_room_for_their_lines(self, n):
+        chain = Chain(static=np.ones(n), alpha=1.2, V=0.1, friction=Coulomb(mu=0.22))
+        ax = simulate(chain, np.eye(n)[0], np.zeros(n), t_end=2.0).plot()
+        ax.figure.draw_without_rendering()
+        assert ax.get_position().width > 0.7
+
+    def test_coordinates_of_a_structure_are_no_blocks(self, ax):
+        blade = read_model(files("stickslip") / "studies" / "friction_dampers" / "blade.toml")
+        motion = simulate(blade, [0.0] * 3, [0.0] * 3, t_end=2.0)
+        for name in ("x", "friction"):
+            time_series(motion, name, ax)
+        names = [f"$X_{{{k}}}$" for k in (1, 2, 3, 4)]
+        assert ax.get_legend_handles_labels()[1] == [*names, "contact 1"]
 
     def test_friction_over_time_is_that_of_the_motion_up_to_each_event(self, ax):
         motion = simulate(examples.coulomb(), d=0.1, t_end=80)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.checks import whole_number
 from stickslip.mechanics.flow.at_contacts import at_contacts
-from stickslip.plot.style import PALETTE, axes_or_new
+from stickslip.plot.style import PALETTE, axes_or_new, legend_columns
 from stickslip.vocabulary import QUANTITIES, TERMS, symbol
 
 if TYPE_CHECKING:
@@ -27,11 +27,12 @@ def sample_times(
     t: Floats,
     per_unit: float = 60.0,
     riding: NDArray[np.bool_] | None = None,
+    fewest: int = 48,  # in a phase: what rubs may be fast for its unit of time
 ) -> Floats:
     """Spread times for a smooth line: even steps within each phase, and both its ends."""
     # Friction jumps at events: each has a time just before it, too. Of phases in which both blocks
     # ride, straight lines, the ends are enough.
-    counts = np.maximum(8, per_unit * np.diff(t)).astype(int)
+    counts = np.maximum(fewest, per_unit * np.diff(t)).astype(int)
     if riding is not None:
         counts[riding] = 1
     pieces = [
@@ -158,7 +159,7 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
     Returns
     -------
     matplotlib.axes.Axes
-        One line per block, named in a legend.
+        One line per block, or coordinate of the state, named in a legend.
 
     Raises
     ------
@@ -171,10 +172,13 @@ def time_series(trajectory: Any, name: str = "v", ax: Axes | None = None) -> Axe
     motion, told, named = _as_told(trajectory)
     t = _times(motion)  # as dense for one cycle whatever the unit of time
     times, values = told("t", t), told(name, getattr(motion, name)(t))
-    for block in range(values.shape[-1]):
-        ax.plot(times, values[:, block], label=f"block {block + 1}")
+    for k, line in enumerate(values.T, start=1):
+        whose = f"block {k}"
+        if not motion.model.plant.rubs_as_one:  # its state has feet of contacts, or modes, too
+            whose = f"contact {k}" if name == "friction" else named(name, k)
+        ax.plot(times, line, label=whose)
     ax.set(xlabel=named("t"), ylabel=named(name, "i"))
-    columns = min(values.shape[-1], 6)
+    columns = legend_columns(ax)
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
     return ax
 

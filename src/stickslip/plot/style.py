@@ -117,13 +117,21 @@ def pictured(draw: Callable[[Axes], Axes], height: float) -> Figure:
     """Draw on axes of a new figure, as wide as two columns or square, with a legend above."""
     figure = new_figure("two", height=height)
     axes = draw(figure.add_subplot())
-    if axes.get_aspect() == 1.0:
+    if 1.0 in (axes.get_aspect(), axes.get_box_aspect()):
         figure.set_figwidth(height)
     labels = axes.get_legend_handles_labels()[1]
     if labels and axes.get_legend() is None:
-        fitting = int(figure.get_figwidth() / (LEGEND_LINE + LEGEND_LETTER * max(map(len, labels))))
-        figure.legend(loc="outside upper right", ncols=min(len(labels), max(fitting, 1)))
+        figure.legend(loc="outside upper right", ncols=legend_columns(axes))
     return figure
+
+
+def legend_columns(axes: Axes) -> int:
+    """Tell how many entries of a legend above the axes stand beside each other."""
+    markup = str.maketrans("", "", "${}_")
+    labels = [label.translate(markup) for label in axes.get_legend_handles_labels()[1]]
+    width = axes.figure.bbox.width / axes.figure.dpi
+    fitting = int(width / (LEGEND_LINE + LEGEND_LETTER * max(map(len, labels))))
+    return min(len(labels), max(fitting, 1))
 
 
 LEGEND_LINE: Final = 0.5
