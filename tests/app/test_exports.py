@@ -67,6 +67,44 @@ def test_csv_has_the_numbers_to_the_last_digit(client):
     np.testing.assert_array_equal(x, motion.x(t))
 
 
+def test_a_diagram_s_bifurcations_stand_between_its_values(client):
+    asked = {"parameter": "V", "range": [0.0369, 0.0371], "values": 9}
+    rows = list(csv.DictReader(io.StringIO(export(client, "diagram", "csv", **asked).text)))
+    values = [float(row["value"]) for row in rows]
+    assert values == sorted(values)
+    (row,) = [row for row in rows if row["kind"]]
+    (found,) = ss.bifurcations(ss.examples.coulomb(), "V", (0.0369, 0.0371), max_period=4)
+    assert row["kind"] == found.kind
+    assert float(row["value"]) == found.value
+    assert json.loads(row["points"]) == found.points.tolist()
+    assert row["mechanism"] == found.mechanism
+
+
+def test_a_picture_shows_what_is_seen_of_its_axes(client):
+    """Of a map zoomed off its diagonal the picture was empty."""
+    limits = {"xlim": [0.274, 0.284], "ylim": [-0.27, -0.2]}
+    asked = {"points": 60, "max_period": 1, "window": limits["xlim"], "model": COULOMB}
+    body = {"view": "event_map", "request": asked, "frame": limits}
+    picture = client.post("/export", json={**body, "format": "png"}).content
+    assert Image.open(io.BytesIO(picture)).size == (1200, 1200)
+    names = {}
+    exec(client.post("/export", json={**body, "format": "python"}).text, names)
+    for name, ends in limits.items():
+        assert list(getattr(names["ax"], f"get_{name}")()) == ends
+
+
+def test_a_power_of_the_map_has_the_orbits_that_are_its_fixed_points(client):
+    names = {}
+    text = export(client, "event_map", "python", points=60, max_period=4, power=2).text
+    exec(text, names)
+    periods = {orbit.period for orbit in names["orbits"]}
+    assert periods == {1, 2}
+    drawn = [line for line in names["ax"].lines if line.get_label() in ("stable", "unstable")]
+    assert drawn
+    for line in drawn:
+        np.testing.assert_array_equal(*line.get_data())
+
+
 def test_basins_are_rows_of_intervals(client):
     rows = list(csv.DictReader(io.StringIO(export(client, "basins", "csv").text)))
     assert [float(row["left"]) for row in rows] == ss.basins(ss.examples.coulomb()).edges[

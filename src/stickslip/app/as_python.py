@@ -40,10 +40,12 @@ LAW_CLASSES: Final = {name: law.__name__ for name, law in LAWS.items()} | {
 }
 
 
-def as_python(request: requests.Request) -> str:
+def as_python(request: requests.Request, frame: requests.Frame = requests.WHOLE) -> str:
     """Write a program whose numbers and whose axes ``ax`` are those of a view."""
     # Only numbers of the request, and formulas in quotation marks, get into the program.
     body = TEXTS[type(request)](request)
+    if settings := frame.settings(request):
+        body.append(_call("ax.set", settings))
     head = ["import stickslip as ss", *sorted({line for line in body if line.startswith("from ")})]
     if any("np." in line for line in body):
         head.insert(0, "import numpy as np")
@@ -117,8 +119,11 @@ def _event_map(request: requests.EventMap) -> list[str]:
         f"ax = event_map(g, window={window!r}, points={request.points}, power={request.power})",
     ]
     if request.max_period > 0:
+        found = f"ss.periodic_orbits(f, {request.max_period}, infinitely_unstable=True)"
+        if request.power > 1:
+            found = f"[orbit for orbit in {found} if {request.power} % orbit.period == 0]"
         lines += [
-            f"orbits = ss.periodic_orbits(f, {request.max_period}, infinitely_unstable=True)",
+            f"orbits = {found}",
             f"draw_orbits(orbits, ax, power={request.power}, clip_on=True)",
         ]
     return lines

@@ -12,6 +12,7 @@ import io
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from operator import itemgetter
 from typing import Any, Final, NamedTuple
 
 import msgspec
@@ -63,6 +64,9 @@ COLUMNS: Final[dict[type[requests.Request], str]] = {
 }
 """Views that have curves, and the part of the answer that holds them."""
 
+OF_BIFURCATION: Final = ("kind", "error", "points", "mechanism")
+"""Columns of a diagram's bifurcations, which stand between the values beside them."""
+
 LARGEST: Final = 64 * 1024  # bytes of a request
 AT_ONCE: Final = 3  # files that one client may wait for
 IN_ALL: Final = 12  # files that are made at a time
@@ -89,20 +93,22 @@ def formats(view: str) -> list[str]:
     return [*listed, "python"]
 
 
-def export(view: str, request: requests.Request, kind: str) -> File:
-    """Make a file of a view, of one of its `formats`."""
+def export(
+    view: str, request: requests.Request, kind: str, frame: requests.Frame = requests.WHOLE
+) -> File:
+    """Make a file of a view, of one of its `formats`; pictures in the `frame` of the page's."""
     known = formats(view)
     if kind not in known:
         raise BadRequestError(f"format = {kind!r} of {view}. {did_you_mean(kind, known)}", "format")
     ending = "py" if kind == "python" else kind
     name = f"stickslip-{view.replace('_', '-')}.{ending}"
-    return File(_content(request, kind), TYPES[kind], name)
+    return File(_content(request, kind, frame), TYPES[kind], name)
 
 
-def _content(request: requests.Request, kind: str) -> bytes:
+def _content(request: requests.Request, kind: str, frame: requests.Frame) -> bytes:
     match kind:
         case "python":
-            return as_python(request).encode()
+            return as_python(request, frame).encode()
         case "json":
             return as_json(request)
         case "csv":
@@ -115,7 +121,7 @@ def _content(request: requests.Request, kind: str) -> bytes:
         if not can_write(kind):
             raise NotHereError("MP4 needs the program ffmpeg on the server's machine. Take GIF.")
         return film_of(request, kind)
-    return picture_of(request, kind)
+    return picture_of(request, kind, frame)
 
 
 def as_json(request: requests.Request) -> bytes:
@@ -125,13 +131,21 @@ def as_json(request: requests.Request) -> bytes:
 
 
 def as_csv(request: requests.Request) -> str:
-    """Compute a view and return its curves, a row for each point."""
-    part = next(part for part in _answered(request) if part.name == COLUMNS[type(request)])
+    """Compute a view and return its curves, a row for each point; a diagram's bifurcations, too."""
+    parts = _answered(request)
+    part = next(part for part in parts if part.name == COLUMNS[type(request)])
     columns = dict(_columns(_point_rows(part)))
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    names = list(columns)
+    if isinstance(request, requests.Diagram):
+        found = next(part for part in parts if part.name == "bifurcations").data["bifurcations"]
+        rows += [{name: item[name] for name in ("value", *OF_BIFURCATION)} for item in found]
+        rows.sort(key=itemgetter("value"))
+        names += OF_BIFURCATION
     text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
     return text.getvalue()
 
 
@@ -200,7 +214,7 @@ class Downloads:
         def work() -> File:
             self._workers.compiler.prepare([request], check=job.check_wanted)
             with job.running():
-                return export(asked.view, request, asked.format)
+                return export(asked.view, request, asked.format, asked.frame)
 
         try:
             loop = asyncio.get_running_loop()

@@ -52,9 +52,17 @@ Draw = Callable[[Any], Any]
 _drawing = threading.Lock()  # matplotlib's settings belong to the whole process
 
 
-def picture_of(request: requests.Request, kind: str) -> bytes:
-    """Compute and draw a view, as "svg" or "png"."""
-    draw = DRAW[type(request)](request)
+def picture_of(
+    request: requests.Request, kind: str, frame: requests.Frame = requests.WHOLE
+) -> bytes:
+    """Compute and draw a view, or what is seen of it, as "svg" or "png"."""
+    whole = DRAW[type(request)](request)
+
+    def draw(ax: Axes) -> Axes:
+        drawn: Axes = whole(ax)
+        drawn.set(**frame.settings(request))
+        return drawn
+
     with _one_at_a_time(), TemporaryDirectory() as folder:
         (path,) = save(pictured(draw, HEIGHT), Path(folder) / "view", (kind,))
         return path.read_bytes()
@@ -87,6 +95,8 @@ def _event_map(request: requests.EventMap) -> Draw:
         if request.max_period
         else ()
     )
+    if request.power > 1:
+        found = [orbit for orbit in found if request.power % orbit.period == 0]
 
     def draw(ax: Axes) -> Axes:
         g = f if request.power == 1 else f.power(request.power)

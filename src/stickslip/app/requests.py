@@ -288,12 +288,29 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
         return self.slot or self.view
 
 
+class Frame(Struct, frozen=True, forbid_unknown_fields=True):
+    """What the page shows of a view's axes, where that is not all."""
+
+    xlim: Interval | None = None
+    ylim: Interval | None = None
+
+    def settings(self, request: Request) -> dict[str, Any]:
+        """Return arguments of ``Axes.set``; a map that is zoomed stays square, as on the page."""
+        limits = {name: ends for name, ends in msgspec.structs.asdict(self).items() if ends}
+        square = {"aspect": "auto", "box_aspect": 1} if isinstance(request, EventMap) else {}
+        return limits and square | limits
+
+
+WHOLE: Final = Frame()
+
+
 class Export(Struct, frozen=True, forbid_unknown_fields=True):
     """A view as a file."""
 
     view: Word
     request: Raw
     format: Word
+    frame: Frame = WHOLE
 
 
 def request_of(view: str, content: Raw, known: Mapping[str, type[Request]] = REQUESTS) -> Request:

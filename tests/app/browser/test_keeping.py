@@ -112,6 +112,34 @@ def saved(explorer, panel, kind):
     return download.value.path().read_bytes()
 
 
+def wanted(explorer, panel):
+    """What is asked of the server for a picture of a panel, and the name that its file gets."""
+    explorer.panel(panel).locator("button.export").click()
+    with explorer.page.expect_download(timeout=120_000) as download:
+        with explorer.page.expect_request("**/export") as request:
+            explorer.panel(panel).locator("[data-format='svg']").click()
+    return request.value.post_data_json, download.value.suggested_filename
+
+
+def test_a_picture_shows_what_the_page_shows(explorer):
+    explorer.show("preset=fig08")
+    asked, name = wanted(explorer, "map")
+    assert asked["frame"] == {"xlim": [0.274, 0.284], "ylim": [-0.27, -0.2]}
+    assert name == "stickslip-event-map.svg"
+    asked, name = wanted(explorer, "power")
+    assert asked["request"]["max_period"] == 4
+    assert name == "stickslip-map-f4.svg"
+    explorer.page.evaluate("() => explorer.zoom('portrait-2', [0, 1, -1, 1])")
+    asked, name = wanted(explorer, "portrait-2")
+    assert asked["request"]["block"] == 2
+    assert asked["frame"] == {"xlim": [0, 1], "ylim": [-1, 1]}
+    assert name == "stickslip-block-2.svg"
+    explorer.page.evaluate("() => explorer.zoom('diagram', [0.0367, 0.0371, 0, 1])")
+    frame = "view.frame"
+    assert explorer.view("diagram", frame) == {"ylim": [0, 1]}
+    assert explorer.view("basins", frame) == {"xlim": [0.274, 0.284]}
+
+
 @pytest.mark.parametrize(
     ("panel", "kind", "start"),
     [
@@ -139,7 +167,10 @@ def test_until_a_file_is_made_the_page_says_so(explorer):
     explorer.panel("diagram").locator("button.export").click()
     explorer.panel("diagram").locator("[data-format='svg']").click()
     explorer.page.wait_for_timeout(200)  # other messages would be gone
-    assert explorer.page.locator(".toast").text_content() == "Making stickslip-diagram.svg …"
+    assert (
+        explorer.page.locator(".toast").text_content()
+        == "Making stickslip-bifurcation-diagram.svg …"
+    )
     explorer.open()
 
 

@@ -56,6 +56,16 @@ def test_nothing_overlaps_or_is_cut_off(explorer, size, preset):
     assert not cut
 
 
+@pytest.mark.parametrize("preset", ["law9", "drill-string"])
+def test_words_of_sliders_are_whole(explorer, preset):
+    explorer.page.set_viewport_size({"width": 1024, "height": 768})
+    explorer.show(f"preset={preset}")
+    cut = explorer.page.locator(".row.worded:visible .word").evaluate_all(
+        "(all) => all.filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => e.textContent)"
+    )
+    assert not cut
+
+
 @pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
 def test_the_cobweb_is_square(explorer, size):
     explorer.page.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))

@@ -89,6 +89,44 @@ def test_a_structure_s_return_map_is_a_map_of_the_line(explorer):
     assert explorer.panel("plane").is_hidden()
 
 
+def test_where_a_contact_sticks_at_rest_there_is_a_mark(explorer):
+    explorer.show("preset=rubbing")
+    marked = explorer.page.evaluate(
+        """async () => {
+            const { colors } = await import("/static/theme.js");
+            const view = explorer.views.find(({ id }) => id === "portrait-1");
+            const context = view.panel.body.querySelector("canvas").getContext("2d");
+            const at = [view.plot.x(view.x.at(-1)), view.plot.y(0)];
+            const [x, y] = at.map((one) => one * devicePixelRatio);
+            const [red, green, blue] = context.getImageData(x, y, 1, 1).data;
+            const hex = [red, green, blue].map((one) => one.toString(16).padStart(2, "0")).join("");
+            return [`#${hex}`, colors().stick.toLowerCase()];
+        }"""
+    )
+    assert marked[0] == marked[1]
+
+
+def test_a_multiplier_stays_on_one_line(explorer):
+    explorer.show("preset=blade")
+    explorer.settle("cycle")
+    row = explorer.panel("cycle").locator("tr:has-text('multipliers') td").text_content()
+    assert "\u00a0i" in row
+    assert " i" not in row
+
+
+@pytest.mark.parametrize("preset", ["drill-string", "hunting-axis", "coulomb"])
+def test_the_slider_of_the_start_spans_the_domain_of_the_map(explorer, preset):
+    """It went from -1 to 1, where of a drill string there is no start at all."""
+    explorer.show(f"preset={preset}")
+    low, high = explorer.view("map", "view.values.data.domain")
+    slider = explorer.page.locator("[data-slider='d']")
+    for key, end in (("Home", low), ("End", high)):
+        slider.press(key)
+        assert explorer.settle().state["d"] == pytest.approx(end, abs=1e-3 * (high - low))
+    slider.press("ArrowLeft")
+    assert low < explorer.settle().state["d"] < high
+
+
 def test_what_a_structure_has_not_is_told_in_a_sentence(explorer):
     explorer.show("preset=rubbing")
     explorer.settle("cycle")

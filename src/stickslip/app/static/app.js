@@ -399,16 +399,13 @@ export class App {
 
   /**
    * Save what a panel shows as a file, or copy the calls that make it.
-   * @param {string} picture @param {string} slot @param {Record<string, any>} extra
-   * @param {string} format
+   * @param {View} view @param {string} picture @param {string} format
    */
-  async save(picture, slot, extra, format) {
-    const question = this.question(slot);
+  async save({ slots, extra, frame, panel }, picture, format) {
+    const request = { ...this.question(slots[0]).request, ...extra };
+    const title = panel.title.textContent ?? "";
     try {
-      await keep(
-        { view: picture, request: { ...question.request, ...extra }, format },
-        this.announce,
-      );
+      await keep({ view: picture, request, format, frame }, title, this.announce);
     } catch (error) {
       this.announce(`Not saved: ${/** @type {Error} */ (error).message}`);
     }

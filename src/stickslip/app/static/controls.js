@@ -20,6 +20,7 @@ import {
   lawOf,
   lawsOf,
   isStructure,
+  mapOf,
   parametersOf,
   startPoint,
   startState,
@@ -470,6 +471,10 @@ export class Controls {
       symbol: "d",
       meaning: "start: X₂ − X₁ while both stick",
     };
+    this.fixed.push((state) => {
+      const [min, max] = mapOf(state).domain ?? [numeric.min, numeric.max];
+      Object.assign(start, { min, max, ...stepOf(min, max) });
+    });
     const pointed = (/** @type {State} */ state) => {
       stick.querySelector(".symbol").textContent = app.written("d");
       const of = sticksAsOne(state.model) ? "X₂ − X₁ while both stick" : "a point of the return map";

@@ -2,11 +2,13 @@
 import { element, openDialog } from "./dom.js";
 
 /**
- * @param {{view: string, request: object, format: string}} wanted
+ * @param {{view: string, request: object, format: string, frame: object}} wanted
+ * @param {string} title
  * @param {(message: string, lasts?: boolean) => void} announce
  */
-export async function keep(wanted, announce) {
-  const name = `stickslip-${wanted.view.replaceAll("_", "-")}.${wanted.format}`;
+export async function keep(wanted, title, announce) {
+  const words = title.toLowerCase().match(/[a-z0-9]+/g) ?? [];
+  const name = `${["stickslip", ...words].join("-")}.${wanted.format}`;
   if (wanted.format !== "python") announce(`Making ${name} …`, true); // a film takes a minute
   const reply = await fetch(new URL("export", location.href), {
     method: "POST",

@@ -9,7 +9,7 @@ import { mark, named } from "../marks.js";
 import { coordinateOf, startPoint, sticksAsOne, windowOf } from "../model.js";
 import { listed, short } from "../numbers.js";
 import { SANS, colors, nth } from "../theme.js";
-import { View } from "./view.js";
+import { View, framed } from "./view.js";
 
 /** Labels of starts that end on no attractor. @type {[number, string][]} */
 const REST = [
@@ -33,6 +33,12 @@ export class BasinsView extends View {
       app.zoom("map", [box[0], box[1], kept?.[2] ?? box[0], kept?.[3] ?? box[1]]);
     };
     plot.onreset = () => this.resetZoom();
+  }
+
+  /** @override */
+  get frame() {
+    const { xlim } = framed(windowOf(this.app.state, "map"));
+    return { xlim };
   }
 
   /** @returns {Part | undefined} */

@@ -75,9 +75,9 @@ function rowsOf(lines) {
   return element("table", {}, element("tbody", {}, ...rows));
 }
 
-/** @param {[number, number] | number} value */
+/** A number that stays on one line. @param {[number, number] | number} value */
 function complex(value) {
   const [re, im] = [value].flat();
   if (!im) return short(re, 6);
-  return `${short(re, 5)} ${im < 0 ? "−" : "+"} ${short(Math.abs(im), 5)} i`;
+  return [short(re, 5), im < 0 ? "−" : "+", short(Math.abs(im), 5), "i"].join("\u00a0");
 }

@@ -41,6 +41,12 @@ export class DiagramView extends View {
     this.zoomable(plot);
   }
 
+  /** The range is what is asked for. @override */
+  get frame() {
+    const { view } = this.app.state.diagram;
+    return view ? { ylim: view } : {};
+  }
+
   get parts() {
     return this.answer("diagram")?.parts ?? [];
   }

@@ -10,7 +10,7 @@ import { modeBar } from "../modes.js";
 import { AWAY, breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
 import { colorOf, colors } from "../theme.js";
 import { listed, nearest, short } from "../numbers.js";
-import { View } from "./view.js";
+import { View, framed } from "./view.js";
 
 const LEFT = 58;
 const GESTURES = "Click to start a motion, drag to zoom.";
@@ -49,6 +49,17 @@ export class MapView extends View {
   /** Of the map its power shows the orbits alone. @override @param {string} slot @param {Part} [part] */
   shows(slot, part) {
     return super.shows(slot) && (slot === this.slots[0] || this.main || !part || "orbits" in part.data);
+  }
+
+  /** Orbits of the power. @override */
+  get extra() {
+    const { power, max_period } = this.app.state;
+    return this.main ? {} : { max_period: Math.min(power, max_period) };
+  }
+
+  /** @override */
+  get frame() {
+    return framed(windowOf(this.app.state, this.slot));
   }
 
   /** The part with the values, the part with the orbits. */

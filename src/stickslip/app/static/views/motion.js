@@ -60,7 +60,6 @@ export class PortraitView extends View {
       help: "",
       slots: ["motion"],
       export: "portrait",
-      extra: { block: block + 1 },
     });
     this.panel.section.classList.add("panel-portrait");
     this.block = block;
@@ -70,6 +69,11 @@ export class PortraitView extends View {
     plot.paintOver = () => this.paintOver();
     plot.onhover = (x, y) => `X = ${short(x, 4)}, X′ = ${short(y, 4)}`;
     this.zoomable(plot);
+  }
+
+  /** @override */
+  get extra() {
+    return { block: this.block + 1 };
   }
 
   update() {
@@ -118,6 +122,11 @@ export class PortraitView extends View {
     plot.horizontal(this.V, { color: of.muted, width: 1, dash: [5, 4] });
     plot.line(this.x, /** @type {any} */ (this.slips), { width: 1 });
     plot.line(this.x, /** @type {any} */ (this.rides), { color: of.stick, width: 3 });
+    if (this.V) return;
+    this.rides?.forEach((v, k, rides) => {
+      const begins = Number.isNaN(rides[k - 1] ?? NaN); // at rest it stays there: a line of no length
+      if (begins) mark(plot, "disc", this.x?.[k] ?? NaN, v, { color: of.stick, size: 3 });
+    });
   }
 
   get V() {

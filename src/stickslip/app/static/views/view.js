@@ -10,13 +10,16 @@ import { element } from "../dom.js";
 import { Panel } from "../panel.js";
 import { Plot } from "../plot.js";
 
+/** What is seen of a plot's axes, if that is not all. @param {import("../types.js").Box | null | undefined} box */
+export const framed = (box) => (box ? { xlim: box.slice(0, 2), ylim: box.slice(2) } : {});
+
 export class View {
   /**
    * @param {App} app
-   * @param {{id: string, title: string, help: string, slots: string[], export: string, extra?: Record<string, any>}} of
+   * @param {{id: string, title: string, help: string, slots: string[], export: string}} of
    *   `slots`: the questions whose answers it shows, its own first; `export`: the server's picture
    */
-  constructor(app, { id, title, help, slots, export: picture, extra = {} }) {
+  constructor(app, { id, title, help, slots, export: picture }) {
     this.app = app;
     this.id = id;
     this.slots = slots;
@@ -26,7 +29,7 @@ export class View {
     this.panel = new Panel(
       { id, title, help, exports },
       {
-        onexport: (format) => app.save(picture, slots[0], extra, format),
+        onexport: (format) => app.save(this, picture, format),
         oncancel: () => app.cancel(slots[0]),
         onreset: () => this.resetZoom(),
       },
@@ -53,6 +56,16 @@ export class View {
   help(text) {
     this.panel.title.title = text;
     this.plots[0].over.setAttribute("aria-label", text);
+  }
+
+  /** What files are asked for beside what its own slot asks. @returns {Record<string, any>} */
+  get extra() {
+    return {};
+  }
+
+  /** What is seen of its axes in pictures, too. @returns {{xlim?: number[], ylim?: number[]}} */
+  get frame() {
+    return framed(this.app.state.windows[this.id]);
   }
 
   resetZoom() {
