@@ -40,6 +40,8 @@ def test_sliders_of_presets_are_parameters_within_their_ranges(name):
     parameters = model_of_values(state["model"]).parameters
     for parameter, (low, high) in state["sliders"].items():
         assert low <= parameters[parameter] <= high
+        for end in (low, high):
+            model_of_values(state["model"]).replace(**{parameter: end})
 
 
 def test_which_map_a_model_has_is_told(page):

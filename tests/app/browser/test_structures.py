@@ -66,6 +66,23 @@ def test_a_slider_of_a_structure_moves_it(explorer):
     assert explorer.page.locator(".controls input[name='load_1_2']:visible").count() == 1
 
 
+@pytest.mark.parametrize(
+    ("preset", "slider"),
+    [("brake", "stiffness_1_2"), ("blade", "forcing.amplitude_3"), ("brake", "stiffness_2_2")],
+)
+def test_a_slider_that_reaches_0_stays(explorer, preset, slider):
+    """Entries of matrices that are 0 are not listed, but one that was set to 0 wants to go back."""
+    explorer.show(f"preset={preset}")
+    found = explorer.page.locator(f"[data-slider='{slider}']")
+    explorer.page.locator("summary").evaluate("(summary) => (summary.parentElement.open = true)")
+    before = explorer.page.locator(f"input[name='{slider}']").input_value()
+    found.press("Home")
+    assert explorer.page.locator(f"input[name='{slider}']").input_value() == "0"
+    explorer.page.locator(f"input[name='{slider}']").fill(before)
+    explorer.page.keyboard.press("Enter")
+    assert explorer.state["model"] == STATES[preset]["model"]
+
+
 def test_a_structure_s_return_map_is_a_map_of_the_line(explorer):
     explorer.show("preset=hunting-axis")
     explorer.settle("map", "power", "basins", "motion")

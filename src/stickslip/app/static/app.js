@@ -99,7 +99,7 @@ export class App {
   /** Of a parameter, or of `d`. @param {string} name */
   symbol(name) {
     if (name === "d") return coordinateOf(this.state);
-    const known = continuousParameters(this.limits, this.state.model);
+    const known = continuousParameters(this.limits, this.state.model, { [name]: true });
     return known.find((one) => one.name === name)?.symbol ?? name;
   }
 

@@ -22,6 +22,7 @@ import {
   isStructure,
   mapOf,
   parametersOf,
+  shapeOf,
   startPoint,
   startState,
   sticksAsOne,
@@ -43,6 +44,8 @@ export class Controls {
     /** @type {((state: State) => void)[]} */ this.fixed = [];
     /** @type {((state: State) => void)[]} */ this.changing = [];
     this.shape = "";
+    this.system = "";
+    /** @type {Record<string, true>} */ this.kept = {};
     this.error = element("p", { class: "error", role: "alert", hidden: true });
     this.typed = { field: /** @type {string | null} */ (null), message: "" }; // wrong before it is asked
     this.told = this.typed; // by the server
@@ -75,11 +78,21 @@ export class Controls {
     const shape = [
       ...[model.kind, laws, hasLaws(model), Boolean(model.forcing)],
       JSON.stringify(state.sliders),
-      ...parametersOf(this.app.limits, model).ofModel.map(({ name }) => name),
+      ...this.#listed(state).ofModel.map(({ name }) => name),
     ].join(" ");
     if (shape !== this.shape) this.#rebuild(state);
     this.shape = shape;
     for (const show of [...this.fixed, ...this.changing]) show(state);
+  }
+
+  /** Numbers of this system, those too that have been set to 0 meanwhile. @param {State} state */
+  #listed(state) {
+    const system = shapeOf(state);
+    if (system !== this.system) this.kept = {};
+    this.system = system;
+    const listed = parametersOf(this.app.limits, state.model, { ...state.sliders, ...this.kept });
+    for (const { name } of listed.ofModel) this.kept[name] = true;
+    return listed;
   }
 
   /** Rows for the parameters of this kind and this law. @param {State} state */
@@ -87,7 +100,7 @@ export class Controls {
     const { limits } = this.app;
     this.changing = [];
     const { sliders } = state;
-    const { ofModel, ofLaws } = parametersOf(limits, state.model);
+    const { ofModel, ofLaws } = this.#listed(state);
     const ranged = (/** @type {Parameter} */ one) => {
       const [min, max] = sliders[one.name] ?? [one.min, one.max];
       return { ...one, min, max, ...(one.name in sliders ? stepOf(min, max) : {}) };
@@ -108,7 +121,7 @@ export class Controls {
     const again = held && `[aria-label="${CSS.escape(held)}"]`;
     for (const rows of [this.modelRows, this.lawRows])
       if (again) /** @type {HTMLElement | null} */ (rows.querySelector(again))?.focus();
-    const options = continuousParameters(limits, state.model).map((one) =>
+    const options = continuousParameters(limits, state.model, this.kept).map((one) =>
       element("option", { value: one.name }, `${written(one.symbol)}, ${one.meaning}`),
     );
     this.along.replaceChildren(...options);
@@ -552,7 +565,7 @@ export class Controls {
   /** What the server says of numbers, named as the page names them. @param {string} text */
   #symbolic(text) {
     const { limits, state } = this.app;
-    const { ofModel, ofLaws } = parametersOf(limits, state.model);
+    const { ofModel, ofLaws } = this.#listed(state);
     const all = [limits.laws.flatMap(({ parameters }) => parameters), ofModel, ofLaws.flat()].flat();
     const symbols = new Map(all.map(({ name, symbol }) => [name, written(symbol)]));
     const titles = new Map(limits.laws.map(({ law, title }) => [law, title]));

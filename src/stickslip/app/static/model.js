@@ -161,16 +161,16 @@ function parametersOfLaw(limits, law) {
 /**
  * Parameters of a model's kind, of what forces it and of its laws; names are those of the library,
  * `mu_2` where each block has a law.
- * @param {Limits} limits @param {Model} model
+ * @param {Limits} limits @param {Model} model @param {Kept} [kept]
  * @returns {{ofModel: Parameter[], ofLaws: Parameter[][]}}
  */
-export function parametersOf(limits, model) {
+export function parametersOf(limits, model, kept = {}) {
   const { parameters, forcing } = kindEntry(limits, model.kind);
   const what = isStructure(model) ? "contact" : "block";
   const ofLaws = lawsOf(model).map((law, k) =>
     parametersOfLaw(limits, law).map((one) => (hasLaws(model) ? ofBlock(one, k + 1, what) : one)),
   );
-  if (hasMatrices(model)) return { ofModel: entriesOf(model).map(({ one }) => one), ofLaws };
+  if (hasMatrices(model)) return { ofModel: entriesOf(model, kept).map(({ one }) => one), ofLaws };
   return { ofModel: model.forcing ? [...parameters, ...forcing] : parameters, ofLaws };
 }
 
@@ -185,9 +185,9 @@ function ofBlock(one, block, what) {
   };
 }
 
-/** Those along which a diagram can go. @param {Limits} limits @param {Model} model */
-export function continuousParameters(limits, model) {
-  const { ofModel, ofLaws } = parametersOf(limits, model);
+/** Those along which a diagram can go. @param {Limits} limits @param {Model} model @param {Kept} [kept] */
+export function continuousParameters(limits, model, kept) {
+  const { ofModel, ofLaws } = parametersOf(limits, model, kept);
   return [...ofModel, ...ofLaws.flat()].filter((one) => !one.per_block && !one.values);
 }
 
@@ -215,6 +215,8 @@ export function faultOf(model) {
   const scalar = [...LISTS, "load"].find((key) => !parts.every((one) => Array.isArray(one[key] ?? [])));
   return scalar ? `${scalar} of its model is no list` : "";
 }
+
+/** @typedef {Record<string, any>} Kept  names of numbers that are listed though they are 0, which others are not */
 
 /** @typedef {(string | number)[]} Path  keys, the last of them a value's own */
 
@@ -245,13 +247,13 @@ const UNSAID = { static: 1, V: 0 };
 
 /**
  * Numbers of matrices and contacts: named as the library names them, each with the places where it is.
- * @param {Model} model
+ * @param {Model} model @param {Kept} kept
  */
-function entriesOf(model) {
+function entriesOf(model, kept) {
   /** @type {{one: Parameter, paths: Path[]}[]} */ const entries = [];
   const add = (/** @type {string} */ name, /** @type {string} */ stem, /** @type {Path[]} */ paths) => {
     const value = at(model, paths[0]) ?? UNSAID[stem];
-    if (value === 0 && !EVERYWHERE.has(stem)) return;
+    if (value === 0 && !EVERYWHERE.has(stem) && !(name in kept)) return;
     const [letter, meaning] = /** @type {any} */ (SYMBOLS)[stem] ?? [stem, stem];
     const index = name.match(/\d+/g)?.join() ?? "";
     const told = { symbol: index ? `${letter}_${index}` : letter, meaning: `${meaning} ${index}`.trim() };
@@ -279,7 +281,10 @@ function entriesOf(model) {
     const prefix = waves.length > 1 ? `forcing_${k + 1}` : "forcing";
     for (const [key, value] of Object.entries(wave)) {
       if (Array.isArray(value))
-        value.forEach((part, j) => part && add(`${prefix}.${key}_${j + 1}`, key, [[...place, key, j]]));
+        value.forEach((part, j) => {
+          const name = `${prefix}.${key}_${j + 1}`;
+          if (part || name in kept) add(name, key, [[...place, key, j]]);
+        });
       else add(`${prefix}.${key}`, key, [[...place, key]]);
     }
   });
@@ -342,7 +347,7 @@ function pathsTo(limits, model, name) {
   const own = name.replace(/_\d+$/, "");
   if (block >= 0 && !isStructure(model)) return [["friction", block, own]];
   if (block >= 0) return [["contact", block, "friction", own]];
-  const entry = hasMatrices(model) && entriesOf(model).find(({ one }) => one.name === name);
+  const entry = hasMatrices(model) && entriesOf(model, { [name]: true }).find(({ one }) => one.name === name);
   return entry ? entry.paths : [name.split(".")];
 }
 

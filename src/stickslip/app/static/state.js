@@ -125,7 +125,7 @@ const square = ([low, high]) => [low, high, low, high];
  * @returns {Along}
  */
 export function completeAlong(limits, model, given = {}) {
-  const known = continuousParameters(limits, model);
+  const known = continuousParameters(limits, model, { [given.parameter ?? ""]: true });
   const entry = known.find((one) => one.name === given.parameter) ??
     known.find((one) => one.name === "V") ??
     known[0] ?? { name: "V", min: 0, step: 0.001 };
