@@ -281,7 +281,9 @@ def told(error: BaseException, request: Request) -> dict[str, str]:
     return {"message": FAILED, "field": ""}
 
 
-TOO_LONG: Final = "took too long. Ask for a smaller window, fewer points or shorter periods."
+TOO_LONG: Final = (
+    "took too long. Ask for a smaller window, fewer points, shorter periods or motions."
+)
 FAILED: Final = "a fault of the program: this view failed. The log of the server tells why."
 LONGEST: Final = 1000  # characters of a message
 

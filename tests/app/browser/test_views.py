@@ -422,3 +422,12 @@ def test_basins_of_three_blocks_are_a_plane(explorer):
     corner = explorer.view("section", "[0.99 * view.plot.view[1], 0.99 * view.plot.view[3]]")
     assert "no global stick" in explorer.point_at("section", *corner)
     assert explorer.panel("basins").is_hidden()
+
+
+def test_a_power_shows_no_orbits_that_its_map_does_not_list(explorer):
+    """Of no periods the map tells no orbits at all, so that nothing took those of before away."""
+    explorer.settle("power", "map")
+    power = explorer.panel("power").locator(".sentence")
+    assert "attract" in power.text_content()
+    explorer.type_into("max_period", 0).settle("power", "map")
+    assert "attract" not in power.text_content()

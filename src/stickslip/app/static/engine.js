@@ -22,7 +22,7 @@ const PAGE = 65536;
 const STACK = 1 << 19; // it ends where arguments begin
 const OK = 0n;
 
-const TOO_LONG = "took too long. Ask for a smaller window, fewer points or shorter periods.";
+const TOO_LONG = "took too long. Ask for a smaller window, fewer points, shorter periods or motions.";
 
 /** @type {Record<string, any>} */
 const KINDS = {

@@ -46,9 +46,10 @@ export class MapView extends View {
       main && Math.abs(px - plot.x(startPoint(app.state))) < 5 ? (x) => app.startAt(x) : null;
   }
 
-  /** Of the map its power shows the orbits alone. @override @param {string} slot @param {Part} [part] */
+  /** Of the map its power shows the orbits alone, or that there are none. @override @param {string} slot @param {Part} [part] */
   shows(slot, part) {
-    return super.shows(slot) && (slot === this.slots[0] || this.main || !part || "orbits" in part.data);
+    const all = slot === this.slots[0] || this.main || !part;
+    return super.shows(slot) && (all || "orbits" in part.data || part.last);
   }
 
   /** Orbits of the power. @override */
