@@ -431,3 +431,6 @@ def test_a_power_shows_no_orbits_that_its_map_does_not_list(explorer):
     assert "attract" in power.text_content()
     explorer.type_into("max_period", 0).settle("power", "map")
     assert "attract" not in power.text_content()
+    explorer.type_into("power", 1).settle("power")
+    assert power.text_content().startswith("Repeating after 1 stick")
+    assert "sticks" not in power.text_content()

@@ -128,7 +128,8 @@ export class MapView extends View {
     const none = this.orbits.old ? "." : ": no orbit is known.";
     const known = counted || elsewhere ? `: ${here}${counted}${elsewhere}.` : none;
     const more = this.orbits.complete ? "" : " Others may lie between the samples.";
-    if (!this.main) return `Repeating after ${power} ${ofBlocks ? "sticks" : "returns"}${known}${off}${more}`;
+    const steps = `${power} ${ofBlocks ? "stick" : "return"}${power > 1 ? "s" : ""}`;
+    if (!this.main) return `Repeating after ${steps}${known}${off}${more}`;
     const breaks = breakThings(this.app).filter(({ of }) => of.kind !== "smooth");
     const seen = breaks.filter(({ at }) => at >= shown[0] && at <= shown[1]);
     const [near] = (seen.length ? seen : breaks).sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
