@@ -198,8 +198,7 @@ def _special_points(f: Map1D, table: Laps, bands: Floats) -> Floats:
     start = values[inside(bands, ends) & (values >= low) & (values <= high)]
     images = advance(f, np.unique(start), IMAGES - 1) if start.size else np.empty(0)
     points = np.unique(np.concatenate([ends, images.ravel()]))
-    known: Floats = points[np.isfinite(points) & inside(bands, points)]
-    return known
+    return points[np.isfinite(points) & inside(bands, points)]
 
 
 def _apart(edges: Floats, first: Floats, gap: float) -> Any:

@@ -130,14 +130,12 @@ def crossing_coefficients(
 
 def _before(slope: Floats) -> Floats:
     """Products of the slopes before each point: derivatives of f^0, f^1, ... at the first."""
-    product: Floats = np.concatenate([[1.0], np.cumprod(slope[:-1])])
-    return product
+    return np.concatenate([[1.0], np.cumprod(slope[:-1])])
 
 
 def _after(slope: Floats) -> Floats:
     """Products of the slopes after each point."""
-    product: Floats = _before(slope[::-1])[::-1]
-    return product
+    return _before(slope[::-1])[::-1]
 
 
 def _derivatives(
@@ -177,8 +175,7 @@ def _differences(
     def same_branch(here: Floats, points: Floats) -> NDArray[np.bool_]:
         there = values(points)
         labels = np.resize(at_x.label, here.shape)  # here is x again and again
-        same: NDArray[np.bool_] = (there.status == OK) & (labels == there.label)
-        return same
+        return (there.status == OK) & (labels == there.label)
 
     width = domain_width(f)
     second = extrapolated_difference(slopes, x, width, same_branch, n_steps)

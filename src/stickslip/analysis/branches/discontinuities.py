@@ -230,15 +230,13 @@ def _zero(old: Nodes, new: Nodes, exponent: int) -> Floats:
 
 def have_same_label(a: Nodes, b: Nodes) -> Bools:
     """Tell where two nodes have the same label, or both no value."""
-    same: Bools = (a.ok == b.ok) & (a.label == b.label)
-    return same
+    return (a.ok == b.ok) & (a.label == b.label)
 
 
 def are_apart(mesh: Mesh, lower: Floats, upper: Floats) -> Bools:
     """Tell which points have floats between them that are worth a distinction."""
     finest = FINEST * float(np.spacing(max(abs(end) for end in mesh.f.domain)))
-    apart: Bools = (np.nextafter(lower, upper) < upper) & (upper - lower > finest)
-    return apart
+    return (np.nextafter(lower, upper) < upper) & (upper - lower > finest)
 
 
 @part
@@ -419,8 +417,7 @@ class _Search:
             step = np.abs(right.value - left.value) - smooth_step - self._noise(left, right)
             bend = np.abs(right.slope - left.slope) / (self.mesh.slope_scale + steep)
         # Where the slope is infinite the quotient is NaN, and a break all the same.
-        real: Bools = (step > STEP * self.mesh.value_scale) | ~(bend <= BEND)
-        return real
+        return (step > STEP * self.mesh.value_scale) | ~(bend <= BEND)
 
     def _noise(self, left: Nodes, right: Nodes) -> Floats:
         """How far values beside a cut scatter: where motions are sensitive, by more than ulp."""

@@ -90,8 +90,7 @@ class Nodes(Columns):
 
     def same_as_next(self) -> Bools:
         """Tell for each cell whether its two nodes have the same label, or both no value."""
-        same: Bools = (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
-        return same
+        return (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
 
 
 @dataclass
@@ -260,8 +259,7 @@ class Mesh:
         root_left, root_right = _reach_of_margin(n.x, n.margin**2, same)
         # Roots from one side alone would open every cell beside a change that is known.
         falls = np.minimum(np.minimum(left, right), np.maximum(root_left, root_right))
-        dipping: Bools = same & (falls < WELL_INSIDE * width)
-        return dipping
+        return same & (falls < WELL_INSIDE * width)
 
     def _wide_enough(self, width: Floats) -> Bools:
         """Tell which cells may be halved: in a gap, where values cost much, only coarse ones."""
@@ -352,8 +350,7 @@ def _sign_is_sure(left: Nodes, right: Nodes, error: Floats) -> Bools:
     least, most = slope_extremes(mean, left.slope, right.slope)
     least, most = least - SIGN_MARGIN * error, most + SIGN_MARGIN * error
     changes = left.slope * right.slope < 0
-    sure: Bools = changes | (least >= 0) | (most <= 0)
-    return sure
+    return changes | (least >= 0) | (most <= 0)
 
 
 def hermite(left: Nodes, right: Nodes, x: Floats) -> tuple[Floats, Floats]:

@@ -70,8 +70,7 @@ class Pieces:
     @property
     def direction(self) -> Indices:
         """+1 rising, -1 falling, 0 constant."""
-        signs: Indices = self.laps.direction[self.word].prod(axis=1)
-        return signs
+        return self.laps.direction[self.word].prod(axis=1)
 
 
 def first_pieces(laps: Laps) -> Pieces:

@@ -340,8 +340,7 @@ class Curve(Result):
             raise ValueError(
                 "the curve was loaded without its system: load(path, system=...) gives it back."
             )
-        problem: Problem = self.problem
-        return problem
+        return self.problem
 
     def _solved(self, passes: list[tuple[int, float]], name: str, number: float) -> list[Any]:
         problem = self._solving()
@@ -427,8 +426,7 @@ class Curve(Result):
 
     @property
     def _plot(self) -> str:  # type: ignore[override]
-        picture: str = self.problem.picture
-        return picture
+        return self.problem.picture
 
 
 def between(rows: Floats, row: int, share: float) -> Floats:

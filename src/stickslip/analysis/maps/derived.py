@@ -259,8 +259,7 @@ class WindowMap(EvaluatedMap):
     @property
     def parameters(self) -> Mapping[str, float]:
         """Names and values, those of the whole map."""
-        parameters: Mapping[str, float] = self.f.parameters  # type: ignore[attr-defined]
-        return parameters
+        return self.f.parameters  # type: ignore[attr-defined]
 
     def replace(self, **changes: Any) -> WindowMap:
         """Return the same window of the map with other parameter values."""

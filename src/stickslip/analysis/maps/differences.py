@@ -104,8 +104,7 @@ def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDA
         noise = NOISE * EPS * np.abs(centre) / h
         approach = split[1:] <= APPROACH * split[:-1]
     last = np.zeros((1, *split.shape[1:]), dtype=bool)
-    meets: NDArray[np.bool_] = np.concatenate([approach, last]) | (split <= noise)
-    return meets
+    return np.concatenate([approach, last]) | (split <= noise)
 
 
 def _best_entry(column: Floats, size: Floats, rounding: Floats) -> tuple[Floats, Floats]:

@@ -308,8 +308,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
 
     def _same_branch(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         inside = (y >= self._domain[0]) & (y <= self._domain[1])
-        same: NDArray[np.bool_] = inside & (self._labels(x) == self._labels(y))
-        return same
+        return inside & (self._labels(x) == self._labels(y))
 
     def _parameter_slopes(self, x: Floats, name: str) -> Floats:
         given, role = self._given_parameter_derivative, "parameter_derivative"
@@ -357,8 +356,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         """Return the first three of the probes."""
         lo, hi = self._domain
         end = float(self._breakpoints[0]) if len(self._breakpoints) else hi
-        few: Floats = lo + (end - lo) * SHARES[:3]
-        return few
+        return lo + (end - lo) * SHARES[:3]
 
     def _learn_how_to_call(self) -> None:
         """Try out which callables take arrays; raise if one works in no way."""

@@ -280,8 +280,7 @@ def mix_labels(seed: Labels, label: Labels) -> Labels:
         z = seed * np.uint64(0x9E3779B97F4A7C15) + label + np.uint64(0x9E3779B97F4A7C15)
         z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    mixed: Labels = z ^ (z >> np.uint64(31))
-    return mixed
+    return z ^ (z >> np.uint64(31))
 
 
 def domain_width(f: Map1D) -> float:
@@ -292,8 +291,7 @@ def domain_width(f: Map1D) -> float:
 
 def is_ok(values: MapValues) -> NDArray[np.bool_]:
     """Return where a map has a value, so that slopes and labels there mean something."""
-    ok: NDArray[np.bool_] = np.asarray(values.status) == OK
-    return ok
+    return np.asarray(values.status) == OK
 
 
 def explanation(f: Map1D, left: float, right: float) -> Mechanism:
@@ -303,8 +301,7 @@ def explanation(f: Map1D, left: float, right: float) -> Mechanism:
         return Mechanism("", None)
     if not clip_to_domain(f.domain, np.array([left, right]))[1].all():
         return Mechanism("the orbit has left the domain", None)  # of a power of the map
-    found: Mechanism = explain(left, right)
-    return found
+    return explain(left, right)
 
 
 def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:

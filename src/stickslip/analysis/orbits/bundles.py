@@ -51,8 +51,7 @@ class OrbitBundle(Columns):
     @property
     def used(self) -> NDArray[np.bool_]:
         """Which places of the padded arrays are points, shape (k, P)."""
-        used: NDArray[np.bool_] = np.arange(self.points.shape[1]) < self.periods[:, None]
-        return used
+        return np.arange(self.points.shape[1]) < self.periods[:, None]
 
     @property
     def multipliers(self) -> Floats:

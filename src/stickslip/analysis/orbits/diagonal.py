@@ -48,20 +48,17 @@ class Brackets(Columns):
     @property
     def off_left(self) -> Floats:
         """f^p(x) - x at the left end."""
-        off: Floats = self.left[:, -1] - self.left[:, 0]
-        return off
+        return self.left[:, -1] - self.left[:, 0]
 
     @property
     def off_right(self) -> Floats:
         """f^p(x) - x at the right end."""
-        off: Floats = self.right[:, -1] - self.right[:, 0]
-        return off
+        return self.right[:, -1] - self.right[:, 0]
 
     @property
     def width(self) -> Floats:
         """Lengths of the intervals."""
-        width: Floats = self.right[:, 0] - self.left[:, 0]
-        return width
+        return self.right[:, 0] - self.left[:, 0]
 
 
 def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[NearFold]]:
@@ -86,8 +83,7 @@ def _may_cross(whole: Brackets, direction: Indices, touch: float) -> Bools:
     overlaps = (whole.left[:, -1] <= whole.right[:, 0] + touch) & (
         whole.right[:, -1] >= whole.left[:, 0] - touch
     )
-    crosses: Bools = np.where(direction > 0, overlaps, changes)
-    return crosses
+    return np.where(direction > 0, overlaps, changes)
 
 
 def _one_per_class(candidates: Brackets) -> Indices:

@@ -163,8 +163,7 @@ def turned(points: Floats, near: Floats) -> Floats:
     n = len(near)
     repeated = np.tile(points, n // len(points))
     rolled = repeated[np.add.outer(np.arange(n), np.arange(n)) % n]
-    turns: Floats = rolled[np.argmin(np.abs(rolled - near).max(axis=1))]
-    return turns
+    return rolled[np.argmin(np.abs(rolled - near).max(axis=1))]
 
 
 def solve_cyclic(slopes: Floats, right: Floats, periods: NDArray[np.intp]) -> Floats:
@@ -195,8 +194,7 @@ def inverse_bound(slopes: Floats, off: Floats) -> Floats:
     total = np.zeros((n, p))
     for j in range(p):
         total = sizes[:, j : j + p] * total + offs[:, j : j + p]
-    bound: Floats = total / np.abs(slopes.prod(axis=1) - 1)[:, None]
-    return bound
+    return total / np.abs(slopes.prod(axis=1) - 1)[:, None]
 
 
 # ------------------------------------------------------------------ in R^n

@@ -141,5 +141,4 @@ def _extrapolated(
 
 def _lagrange(lengths: tuple[float, ...], nodes: list[CurvePoint], length: float) -> Floats:
     """Continue the curve through points at known lengths."""
-    y: Floats = np.dot(lagrange_weights(lengths, length), [node.y for node in nodes])
-    return y
+    return np.dot(lagrange_weights(lengths, length), [node.y for node in nodes])

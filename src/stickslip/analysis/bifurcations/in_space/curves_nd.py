@@ -74,8 +74,7 @@ class Critical:
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """All, largest modulus first."""
-        found: NDArray[np.complex128] = self.orbit.multipliers
-        return found
+        return self.orbit.multipliers
 
     def others(self, critical: complex) -> float:
         """Slope of the characteristic polynomial: zero where the critical multiplier is double.

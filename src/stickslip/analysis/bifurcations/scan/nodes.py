@@ -60,8 +60,7 @@ class Family:
 
     def at(self, q: float) -> MapFamily:
         """Return the map at a value of the parameter, restricted to the window."""
-        family: MapFamily = windowed(self.whole(q), self.window)
-        return family
+        return windowed(self.whole(q), self.window)
 
 
 class SymbolClasses:
