@@ -1,4 +1,4 @@
-"""Names of the types of arrays, columns of them, a product of many rows, the golden ratio."""
+"""Names of the types of arrays, columns of them, a product of many rows, two numbers."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Complexes: TypeAlias = NDArray[np.complex128]
 
+EPS: Final = float(np.finfo(np.float64).eps)
 # As far from all fractions as a number can be: its multiples modulo 1 have no pattern.
 GOLDEN: Final = 0.6180339887498949
 

@@ -7,12 +7,12 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from stickslip.numerics.arrays import Floats
+from stickslip.numerics.arrays import EPS, Floats
 
 Places = TypeVar("Places", float, Floats)
 
 MAX_STEPS: Final = 60
-WIDTH: Final = 4 * float(np.finfo(np.float64).eps)  # of the place: a bracket so narrow is closed
+WIDTH: Final = 4 * EPS  # of the place: a bracket so narrow is closed
 MAX_ROUNDS: Final = 80
 ASIDE: Final = 1e-2  # of the bracket: first guess of how far the chord's zero may be off
 BEYOND: Final = 64.0  # times as far: points that tell more than rounding

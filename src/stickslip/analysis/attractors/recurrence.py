@@ -16,6 +16,7 @@ from stickslip.analysis.maps.protocol import advance, domain_width, sample
 from stickslip.analysis.orbits.bundles import padded
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
+from stickslip.numerics.arrays import EPS
 from stickslip.numerics.zeros import halved
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer th
 SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
 TRIES: Final = 3  # passages tried for each period of these
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
-ROUNDING: Final = 64 * np.finfo(np.float64).eps
+ROUNDING: Final = 64 * EPS
 FAMILY: Final = 1e-3  # of the domain's width: beside a single neutral orbit rounding hides less
 TWIN: Final = 1e-6  # of a capture radius: a closer cycle is not told apart
 MAX_TURNS: Final = 256
@@ -86,7 +87,7 @@ def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> Period
     table = branch_table(f) if table is None else table
     size = np.max(np.abs(cycle.points)) + domain_width(f)
     # A residual moves the points of a stable orbit by its sum over all further rounds.
-    error = (cycle.residual + 4 * np.finfo(np.float64).eps * size) * cycle.period
+    error = (cycle.residual + 4 * EPS * size) * cycle.period
     error /= max(abs(1 - cycle.multiplier), NEUTRAL)
     return orbit_of(
         f,

@@ -13,6 +13,7 @@ from stickslip.analysis.maps.differences import (
     extrapolated_second_difference,
 )
 from stickslip.analysis.maps.protocol import domain_width, mix_labels, reduced, sample
+from stickslip.numerics.arrays import EPS
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, MapND, PointValues
 
-ROUNDING: Final = 16 * float(np.finfo(np.float64).eps)  # differences may agree by chance
+ROUNDING: Final = 16 * EPS  # differences may agree by chance
 STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
 FEW_STEPS: Final = 11  # down to 2e-6 of the domain
 SHARP: Final = 1e-7  # of a derivative: known so well it needs no shorter steps

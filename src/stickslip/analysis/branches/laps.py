@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import values_and_slopes
-from stickslip.numerics.arrays import Columns
+from stickslip.numerics.arrays import EPS, Columns
 from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
 
@@ -29,7 +29,6 @@ HI: Final = -2  # ... the right end
 MAX_NEWTON: Final = 60  # bracketed: even bisection alone is done by then
 SEED_STEPS: Final = 6  # Newton steps on the interpolant, free of evaluations
 SLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth of it
-EPS: Final = float(np.finfo(np.float64).eps)
 GUARD: Final = 1 / 64  # of the resolution: closer to a break the map is continued linearly
 
 

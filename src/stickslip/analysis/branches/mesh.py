@@ -19,7 +19,7 @@ from stickslip.analysis.maps.protocol import (
     sample,
     values_and_slopes,
 )
-from stickslip.numerics.arrays import GOLDEN, Columns
+from stickslip.numerics.arrays import EPS, GOLDEN, Columns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,7 +45,7 @@ CURVE_FIT: Final = 1e-3  # of the slopes: change of slope that neighbours may di
 SIGN_MARGIN: Final = 4.0  # errors of prediction that a slope must stay away from 0
 MANY: Final = 16  # narrow cells that fail together for each break of a crowd
 CLOSER: Final = 0.125 ** np.arange(1, 11)  # of a cell at a break that fails: it is cut there
-FLAT: Final = 8 * float(np.finfo(np.float64).eps)  # of a value: smaller changes are rounding
+FLAT: Final = 8 * EPS  # of a value: smaller changes are rounding
 
 
 @dataclass(eq=False, slots=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Limits
-from stickslip.numerics.arrays import Columns
+from stickslip.numerics.arrays import EPS, Columns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
 MOST_LAPS: Final = 2048  # of a map, for which a table is made of what leads where
 NEAR: Final = 1e-9  # of the domain's size: laps and images so close are taken to meet
-SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the domain's size: positions that coincide
+SAME: Final = 8 * EPS  # of the domain's size: positions that coincide
 ASIDE: Final = 64  # ulp of the domain's size: sides of a break that was pulled back
 
 

@@ -17,6 +17,7 @@ from stickslip.analysis.branches.along.tracked import (
     piece_end_near,
 )
 from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.continuation.half_period import ROUNDING
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample
 from stickslip.status import OK
@@ -35,7 +36,6 @@ TINY: Final = 1e-12
 NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for
 MAX_STEPS: Final = 60
 FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
-ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the parameter's size: a last step
 SHRINKS: Final = 0.9  # at a tangency, too, each step is half or two thirds of the one before
 STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink below it are noise
 

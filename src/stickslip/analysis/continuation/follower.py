@@ -14,6 +14,7 @@ import numpy as np
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.work import Work
 from stickslip.checks import finite_number, whole_number
+from stickslip.numerics.arrays import EPS
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
@@ -38,7 +39,6 @@ CLOSES: Final = 0.1  # of a step: this close to the curve the start is met again
 CLOSED_AFTER: Final = 4  # rows: the start is not met again before
 SAME_WAY: Final = 0.7  # cosine
 ROUNDINGS: Final = 64.0  # in a multiplier
-EPS: Final = float(np.finfo(np.float64).eps)
 SHORT: Final = 1e-3  # scaled: a step that may bracket a point where Newton's method has no hold
 JUMP: Final = 0.1  # of a test function, at what seems its zero: there it jumps instead
 ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.protocol import turned_near
-from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MAX_SECANT: Final = 30
 FIRST_CHANGE: Final = 1e-5  # of the parameter's range: for the first secant
-ROUNDING: Final = 4 * EPSILON
+ROUNDING: Final = 4 * EPS  # of the size of the parameter: a last step
 NOISE: Final = 1e-9  # of multiplier + 1: steps that do not shrink below it are rounding
 
 

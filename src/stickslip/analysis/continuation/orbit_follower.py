@@ -21,7 +21,6 @@ from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import MapND, apart, domain_width, sample, turned_near
 from stickslip.analysis.orbits.newton import (
-    EPS,
     ROUNDINGS,
     error_bound,
     monodromy,
@@ -35,6 +34,7 @@ from stickslip.analysis.orbits.orbits_nd import (
     same_points,
     solve_orbit_nd,
 )
+from stickslip.numerics.arrays import EPS
 from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
 from stickslip.status import OK

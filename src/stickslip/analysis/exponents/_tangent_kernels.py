@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.numerics.arrays import EPS
 from stickslip.numerics.targets import kernel
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
 
-FORGOTTEN: Final = 64 * float(np.finfo(np.float64).eps)  # of a Jacobian: growth that is rounding
+FORGOTTEN: Final = 64 * EPS  # of a Jacobian: growth that is rounding
 HIDDEN: Final = float(np.sqrt(FORGOTTEN))  # rounding of so much growth may hide what is kept
 
 

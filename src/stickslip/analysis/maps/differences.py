@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.numerics.arrays import GOLDEN
+from stickslip.numerics.arrays import EPS, GOLDEN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats
 
-EPS: Final = float(np.finfo(np.float64).eps)
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
 # Of a step, the next one. Over jumps of a sawtooth, n of them and m, steps of the ratio m / n agree

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.analysis.branches.mesh import slope_extremes
 from stickslip.analysis.orbits.orbit import NearFold
-from stickslip.numerics.arrays import Columns
+from stickslip.numerics.arrays import EPS, Columns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     Bools = NDArray[np.bool_]
 
-EPS: Final = float(np.finfo(np.float64).eps)
 TOUCH: Final = 16 * EPS  # of the scale: f^p(x) - x this small may be 0
 FLAT: Final = 1e-13  # of the scale: where all of g is smaller nothing can be told
 NARROW: Final = 3e-7  # of the scale: width of a fold's bottom that rounding levels

@@ -16,6 +16,7 @@ from stickslip.analysis.maps.protocol import apart, sample
 from stickslip.analysis.orbits._kernels import NewtonLimits, NewtonStates, cyclic_rows, newton_step
 from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.orbit import orbit_of
+from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 MAX_NEWTON: Final = 20
-EPS: Final = float(np.finfo(np.float64).eps)
 STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking
 SHRINKING: Final = 0.25  # ... by this factor
 SAME: Final = 1e-9  # of the points' size: those of one orbit that coincide

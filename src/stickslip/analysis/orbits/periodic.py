@@ -27,6 +27,7 @@ from stickslip.analysis.orbits.orbit import (
     wanted_periods,
 )
 from stickslip.analysis.orbits.orbits_nd import N_STARTS, OrbitListND, search_orbits
+from stickslip.numerics.arrays import EPS
 from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
@@ -45,7 +46,7 @@ BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
 SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
 ON_END: Final = 1e-12  # of the scale: solutions that coincide, or lie on an end of the jump
-ROUNDING: Final = 4 * float(np.finfo(np.float64).eps)  # of the scale: of one evaluation
+ROUNDING: Final = 4 * EPS  # of the scale: of one evaluation
 
 
 @overload

@@ -32,13 +32,13 @@ from stickslip.analysis.branches.along.tracked import (
     TrackedDiscontinuity,
 )
 from stickslip.analysis.maps.protocol import MapFamily, domain_width, sample
+from stickslip.numerics.arrays import EPS
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-EPS: Final = float(np.finfo(np.float64).eps)
 STEP: Final = 1e-7  # of the domain: differences are taken so far apart
 NEARBY: Final = 1e-3  # of the domain: no stationary point is looked for further away
 SETTLED: Final = 1e-15  # of the domain: a shorter step is rounding

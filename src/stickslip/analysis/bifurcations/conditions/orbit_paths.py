@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
 from stickslip.analysis.orbits.newton import polish_on
+from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 
-EPS: Final = float(np.finfo(np.float64).eps)
 ROUNDINGS: Final = 4.0  # of a value of the map, for one that does not tell its accuracy
 STEP: Final = 1e-7  # of the domain: second derivatives are differences of slopes this far apart
 FINEST: Final = 1e-11  # of the domain: ... or at least this far, where that is needed

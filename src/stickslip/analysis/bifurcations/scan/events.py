@@ -28,7 +28,8 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.newton import EPS, turned
+from stickslip.analysis.orbits.newton import turned
+from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

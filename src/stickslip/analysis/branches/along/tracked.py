@@ -27,6 +27,7 @@ from stickslip.analysis.branches.mesh import RESOLUTION, Nodes
 from stickslip.analysis.branches.table import branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.numerics.arrays import EPS
 from stickslip.numerics.continuation import LeavesRegion
 from stickslip.numerics.zeros import slope_zeros
 from stickslip.results.parts import part
@@ -43,7 +44,6 @@ CriticalKind: TypeAlias = Literal["jump", "corner", "smooth", "edge", "turning p
 REACH: Final = 1.5  # times the last move: where a critical point is looked for first
 WINDOW: Final = 1e-3  # of the domain: half width of the window whose table is asked, at least
 WIDER: Final = 8.0  # ... and times the last move
-EPS: Final = float(np.finfo(np.float64).eps)
 TURN: Final = 1e-7  # of the domain: half width of the first bracket of a turning point
 WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
 CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
