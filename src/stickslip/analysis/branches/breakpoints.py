@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.branches.discontinuities import BEND, STEP
 from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.numerics.arrays import Columns
 from stickslip.results.result import Result
@@ -30,12 +31,8 @@ CLOSEST: Final = 1 / 64  # of h: the point that the value is taken from
 ROOM: Final = 1 / 64  # h is at most this share of the branch
 STEEPENS: Final = 1.5  # growth of the slope from 4 h to h beyond which it diverges
 ROUNDING: Final = 1e-14  # of the range of values: the value at the break itself is as good
-SAME_SLOPE: Final = 1e-6  # of the slopes: the slope at the break is the branch's own, and exact
 SINGULAR_ROUNDING: Final = 1e-11  # likewise at an infinite slope, where limits are less sharp
 Kind: TypeAlias = Literal["jump", "corner", "smooth", "edge"]
-
-JUMP: Final = 1e-10  # of the range of values: smaller steps are rounding, beside a tie of events
-BEND: Final = 1e-6  # of the slopes: smaller changes are beyond what limits can tell
 
 
 @dataclass(frozen=True)
@@ -62,14 +59,14 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
     h = np.maximum(h, finest)
     limits, off = _limits_from(mesh, ends, inward, h)
     # Branches that bend on a scale of less than h are asked closer by, while that helps.
-    (at,) = np.nonzero((off > SAME_SLOPE) & (h > finest))
+    (at,) = np.nonzero((off > BEND) & (h > finest))
     while at.size:
         h[at] = np.maximum(CLOSEST * h[at], finest[at])
         closer, still_off = _limits_from(mesh, ends.take(at), inward[at], h[at])
         better = still_off < off[at]
         at, closer, still_off = at[better], closer.take(better), still_off[better]
         limits.value[at], limits.slope[at], off[at] = closer.value, closer.slope, still_off
-        at = at[(still_off > SAME_SLOPE) & (h[at] > finest[at])]
+        at = at[(still_off > BEND) & (h[at] > finest[at])]
     return limits
 
 
@@ -92,7 +89,7 @@ def _limits_from(mesh: Prober, ends: Nodes, inward: Floats, h: Floats) -> tuple[
         allowed = np.where(diverges, SINGULAR_ROUNDING, ROUNDING) * mesh.value_scale
         exact = np.abs(ends.value - value) <= allowed
         typical = mesh.slope_scale + np.abs(slope)
-        as_good = np.isfinite(slope) & (np.abs(ends.slope - slope) <= SAME_SLOPE * typical)
+        as_good = np.isfinite(slope) & (np.abs(ends.slope - slope) <= BEND * typical)
         at_close = (310 * slopes[1] - 217 * slopes[2] + 35 * slopes[3]) / 128
         off = np.where(diverges, 0.0, np.abs(slopes[0] - at_close) / typical)
     # NaN shows a gap too narrow for points inside.
@@ -213,12 +210,10 @@ def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Ki
         steepness = np.abs(left.slope) + np.abs(right.slope)
         slack = np.where(np.isfinite(steepness), steepness * width, 0.0)
         edge = np.isnan(left.value) | np.isnan(right.value)
-        jump = np.abs(left.value - right.value) > JUMP * mesh.value_scale + slack
+        jump = np.abs(left.value - right.value) > STEP * mesh.value_scale + slack
         bend = np.abs(left.slope - right.slope) > BEND * (mesh.slope_scale + steepness)
     bend |= ~(np.isfinite(left.slope) & np.isfinite(right.slope))
-    names: list[Kind] = []
-    for is_edge, is_jump, is_bend in zip(edge, jump, bend, strict=True):
-        names.append(
-            "edge" if is_edge else "jump" if is_jump else "corner" if is_bend else "smooth"
-        )
-    return names
+    return [
+        "edge" if is_edge else "jump" if is_jump else "corner" if is_bend else "smooth"
+        for is_edge, is_jump, is_bend in zip(edge, jump, bend, strict=True)
+    ]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.mesh import FLAT, WIDE, Mesh, Nodes
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import domain_size, domain_width
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.mesh import Bools, Indices
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats, Map1D
 
 Interval = tuple[float, float]
 
@@ -37,8 +37,8 @@ CROWD: Final = 4  # cuts within the resolution: events that flicker at a tie mak
 BLURRED: Final = 1e-3  # of the resolution: a wider cut holds more than one tie of events
 NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or none by a break
 SCATTER: Final = 4  # floats beside a cut show how far values scatter; a step is as often larger
-STEP: Final = 1e-10  # of the range of values: a step between adjacent floats is real above it
-BEND: Final = 1e-6  # of the slopes: likewise a change of the slope
+STEP: Final = 1e-10  # of the range of values: smaller steps are rounding, beside a tie of events
+BEND: Final = 1e-6  # of the slopes: smaller changes are beyond what limits can tell
 
 ACCUMULATE: Final = "branches accumulate: more than are followed, and no wide one, in"
 TOO_CLOSE: Final = "label changes closer to each other than the resolution, in"
@@ -177,7 +177,7 @@ class LabelBrackets(Brackets):
 
     def are_open(self) -> Bools:
         """Tell which are no adjacent floats yet, and matter."""
-        return are_apart(self.mesh, self.left.x, self.right.x) & ~self._between_slivers()
+        return are_apart(self.mesh.f, self.left.x, self.right.x) & ~self._between_slivers()
 
     def _move(self, left: tuple[Indices, Nodes], right: tuple[Indices, Nodes]) -> None:
         k, nodes = right
@@ -233,9 +233,9 @@ def have_same_label(a: Nodes, b: Nodes) -> Bools:
     return (a.ok == b.ok) & (a.label == b.label)
 
 
-def are_apart(mesh: Mesh, lower: Floats, upper: Floats) -> Bools:
+def are_apart(f: Map1D, lower: Floats | float, upper: Floats | float) -> Bools:
     """Tell which points have floats between them that are worth a distinction."""
-    finest = FINEST * float(np.spacing(max(abs(end) for end in mesh.f.domain)))
+    finest = FINEST * float(np.spacing(domain_size(f)))
     return (np.nextafter(lower, upper) < upper) & (upper - lower > finest)
 
 
@@ -373,7 +373,7 @@ class _Search:
         mesh = self.mesh
         low, high = (mesh.probe(np.array(side)) for side in zip(*suspects, strict=True))
         brackets = Brackets(mesh.probe, low, high, lambda _, *nodes: _more_like_left(*nodes))
-        brackets.close(lambda: are_apart(mesh, brackets.left.x, brackets.right.x))
+        brackets.close(lambda: are_apart(mesh.f, brackets.left.x, brackets.right.x))
         left, right = brackets.left, brackets.right
         # At a pole itself there is no value: a gap, of one float.
         gap = left.ok != right.ok
@@ -514,18 +514,11 @@ class _Search:
         first, last = nodes.take(slice(0, 1)), nodes.take(slice(-1, None))
         if len(left) and left.x[0] - first.x[0] < step:
             self._tell_narrow_end(float(first.x[0]), float(left.x[0]))
-            first, left, right = (
-                right.take(slice(0, 1)),
-                left.take(slice(1, None)),
-                right.take(slice(1, None)),
-            )
+            rest = slice(1, None)
+            first, left, right = right.take([0]), left.take(rest), right.take(rest)
         if len(left) and last.x[0] - right.x[-1] < step:
             self._tell_narrow_end(float(right.x[-1]), float(last.x[0]))
-            last, left, right = (
-                left.take(slice(-1, None)),
-                left.take(slice(0, -1)),
-                right.take(slice(0, -1)),
-            )
+            last, left, right = left.take([-1]), left.take(slice(-1)), right.take(slice(-1))
         return Discontinuities(left, right, first, last)
 
     def _tell_narrow_end(self, lo: float, hi: float) -> None:

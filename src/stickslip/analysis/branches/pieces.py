@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Limits
+from stickslip.analysis.maps.protocol import domain_size
 from stickslip.numerics.arrays import EPS, Columns
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ class _Returns:
 
     def _met(self, low: Floats, high: Floats) -> tuple[Indices, Indices]:
         """First lap that each interval meets, and the one after the last."""
-        slack = NEAR * max(abs(end) for end in self.laps.f.domain)
+        slack = NEAR * domain_size(self.laps.f)
         first = np.searchsorted(self.laps.right, low - slack, side="left")
         stop = np.searchsorted(self.laps.left, high + slack, side="right")
         return first, np.maximum(first, stop)
@@ -170,7 +171,7 @@ class _EndImages:
         """Append one more image to every orbit."""
         x = self.orbit[:, -1]
         # A value that meets an end of a lap but for rounding belongs to the side it comes from.
-        lap = self.laps.locate(x + self.side * _tolerance(self.laps))
+        lap = self.laps.locate(x + self.side * tolerance(self.laps))
         known = lap >= 0
         value = np.full(x.shape, np.nan)
         value[known], _ = self.laps.evaluate(lap[known], x[known])
@@ -207,10 +208,10 @@ def _pulled_back(pieces: Pieces, images: _EndImages, returns: _Returns | None) -
 def _overlaps(pieces: Pieces) -> tuple[Indices, Indices]:
     """Pairs (lap of f, piece of f^k) such that the lap's image meets the piece's inside."""
     laps = pieces.laps
-    tolerance = _tolerance(laps)
+    same = tolerance(laps)
     lefts, rights = pieces.left.orbit[:, 0], pieces.right.orbit[:, 0]
     flat = laps.direction == 0
-    slack = np.where(flat, 0.0, tolerance)
+    slack = np.where(flat, 0.0, same)
     first = np.searchsorted(rights, laps.value_min + slack, side="right")
     stop = np.searchsorted(lefts, laps.value_max - slack, side="left")
     # A constant lap maps into one piece, a point on a border into its left neighbour.
@@ -238,10 +239,10 @@ def _meet(
     laps: Laps, lap: Indices, ends: Ends, images: _EndImages, row: Indices, beyond: Floats
 ) -> Ends:
     """Pull ends of pieces back through laps, or stop at the lap's own end, a row of the images."""
-    tolerance = _tolerance(laps)
+    same = tolerance(laps)
     own = images.ends(row)
-    ends = ends.replaced(beyond > tolerance, own)
-    at_lap_end = beyond >= -tolerance
+    ends = ends.replaced(beyond > same, own)
+    at_lap_end = beyond >= -same
     x = np.concatenate([laps.left, laps.right])[row]
     asked = np.flatnonzero(~at_lap_end)
     x[asked] = _inverse_once(laps, lap[asked], ends.orbit[asked, 0])
@@ -257,9 +258,9 @@ def _inverse_once(laps: Laps, lap: Indices, y: Floats) -> Floats:
     return laps.inverse(unique[:, 0].astype(np.intp), unique[:, 1])[back.ravel()]
 
 
-def _tolerance(laps: Laps) -> float:
+def tolerance(laps: Laps) -> float:
     """Distance below which positions coincide."""
-    return SAME * max(abs(end) for end in laps.f.domain)
+    return SAME * domain_size(laps.f)
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,8 +299,7 @@ class Hints:
 
 def hints_of(pieces: Pieces, n_breaks: int) -> Hints:
     """Gather hints from all pieces of f^p, where f has ``n_breaks`` breakpoints."""
-    lo, hi = pieces.laps.f.domain
-    aside = ASIDE * float(np.spacing(max(abs(lo), abs(hi))))
+    aside = ASIDE * float(np.spacing(domain_size(pieces.laps.f)))
     left, right = pieces.left.orbit[:, 0], pieces.right.orbit[:, 0]
     breaks = np.concatenate(
         [
@@ -309,7 +309,7 @@ def hints_of(pieces: Pieces, n_breaks: int) -> Hints:
     )
     seeds = np.concatenate([breaks - aside, breaks + aside, left, right, 0.5 * (left + right)])
     return Hints(
-        np.clip(seeds, lo, hi),
+        np.clip(seeds, *pieces.laps.f.domain),
         left,
         right,
         _limits(pieces.laps, pieces.word, pieces.left),

@@ -26,8 +26,9 @@ from stickslip.analysis.branches.pieces import (
     hints_of,
     itineraries,
     pieces_of_powers,
+    tolerance,
 )
-from stickslip.analysis.maps.protocol import base_and_exponent, domain_width
+from stickslip.analysis.maps.protocol import base_and_exponent, domain_size, domain_width
 from stickslip.checks import finite_number
 from stickslip.numerics.processes import travels
 from stickslip.results.result import Result, ResultList
@@ -47,7 +48,6 @@ SHOWN: Final = 40  # rows of a table in its repr
 SPENT: Final = 1 << 20  # events of long motions for one table of many, before less is resolved
 REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
-SAME: Final = 8 * float(np.finfo(np.float64).eps)  # of the scale: points that coincide
 
 T = TypeVar("T")
 
@@ -270,7 +270,7 @@ def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Bre
     # One float per break, the first one right of it that has a value; beside 0 it is 0.
     where = np.where((cuts.left.x == 0) | ~cuts.right.ok, cuts.left.x, cuts.right.x)
     # What lies within a bracket is not known: there the limits are those at its ends.
-    close = width <= LOCATED * max(abs(end) for end in mesh.f.domain)
+    close = width <= LOCATED * domain_size(mesh.f)
     at_first = at_first.moved(np.append(0.0, np.where(close, where - cuts.right.x, 0.0)))
     at_last = at_last.moved(np.append(np.where(close, where - cuts.left.x, 0.0), 0.0))
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
@@ -349,7 +349,7 @@ def preimages(f: Map1D, x: float) -> Floats:
     """
     value = finite_number("x", x, why="It is the value whose preimages are sought.")
     laps = branch_table(f).laps
-    slack = SAME * max(abs(end) for end in f.domain)
+    slack = tolerance(laps)
     reached = np.flatnonzero((laps.value_min <= value + slack) & (laps.value_max >= value - slack))
     flat = laps.direction[reached] == 0
     points = np.concatenate(

@@ -289,6 +289,11 @@ def domain_width(f: Map1D) -> float:
     return hi - lo
 
 
+def domain_size(f: Map1D) -> float:
+    """Largest modulus in a map's domain, the scale of rounding."""
+    return max(abs(end) for end in f.domain)
+
+
 def is_ok(values: MapValues) -> NDArray[np.bool_]:
     """Return where a map has a value, so that slopes and labels there mean something."""
     return np.asarray(values.status) == OK

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.mesh import slope_extremes
+from stickslip.analysis.maps.protocol import domain_size
 from stickslip.analysis.orbits.orbit import NearFold
 from stickslip.numerics.arrays import EPS, Columns
 
@@ -62,7 +63,7 @@ class Brackets(Columns):
 
 def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[NearFold]]:
     """Find an interval for every fixed point of f^p, one per class of shifted words; near-folds."""
-    touch = TOUCH * _scale(pieces.laps)
+    touch = TOUCH * domain_size(pieces.laps.f)
     ends, unknown = (pieces.left.orbit, pieces.right.orbit), np.full(len(pieces), np.nan)
     whole = Brackets(np.arange(len(pieces)), pieces.word, *ends, unknown, unknown)
     candidates = whole.take(_may_cross(whole, pieces.direction, touch))
@@ -70,10 +71,6 @@ def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[Ne
     rising = pieces.direction[candidates.piece] > 0
     found, near_folds = _Halving(pieces.laps, candidates.take(rising), near).run()
     return candidates.take(~rising).joined(found), near_folds
-
-
-def _scale(laps: Laps) -> float:
-    return max(abs(end) for end in laps.f.domain)
 
 
 def _may_cross(whole: Brackets, direction: Indices, touch: float) -> Bools:
@@ -123,7 +120,7 @@ class _Halving:
 
     def __init__(self, laps: Laps, whole: Brackets, near: float) -> None:
         self.laps, self.near = laps, near
-        self.scale = _scale(laps)
+        self.scale = domain_size(laps.f)
         self.touch = TOUCH * self.scale
         self.whole = whole
         self.found = whole.take(np.zeros(0, dtype=np.intp))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import apart, sample
+from stickslip.analysis.maps.protocol import apart, domain_size, sample
 from stickslip.analysis.orbits._kernels import NewtonLimits, NewtonStates, cyclic_rows, newton_step
 from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.orbit import orbit_of
@@ -137,9 +137,8 @@ def polish_on(f: Map1D, guess: Floats, scale: float | None = None, **options: An
         values = sample(f, x)
         return values.value, values.derivative, values.label
 
-    lo, hi = f.domain
-    scale = max(abs(lo), abs(hi)) if scale is None else scale
-    return polish(evaluate, guess, lo, hi, scale, **options)
+    scale = domain_size(f) if scale is None else scale
+    return polish(evaluate, guess, *f.domain, scale, **options)
 
 
 def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:

@@ -15,7 +15,7 @@ from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
-from stickslip.analysis.maps.protocol import MapND, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import MapND, domain_size, sample, values_and_slopes
 from stickslip.analysis.orbits.diagonal import TOUCH, brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import Polished, polish
 from stickslip.analysis.orbits.orbit import (
@@ -42,10 +42,9 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.diagonal import Bools, Brackets
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
-BORDER: Final = 1e-12  # of the scale: a point this close to a break is on it
+BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there
 SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
-ON_END: Final = 1e-12  # of the scale: solutions that coincide, or lie on an end of the jump
 ROUNDING: Final = 4 * EPS  # of the scale: of one evaluation
 
 
@@ -181,7 +180,7 @@ class _Search:
         self.counted = _Counted(table.f)
         # Cut at harmless breakpoints, too: across them slopes bend, and no cubic foretells that.
         self.laps: Laps = replace(table.pieces, f=self.counted)
-        self.scale = max(abs(end) for end in table.f.domain)
+        self.scale = domain_size(table.f)
         self.orbits: list[PeriodicOrbit] = []
         self.near_folds: list[NearFold] = []
         self.unresolved: list[Unresolved] = list(table.unresolved)
@@ -363,7 +362,7 @@ def orbits_through_jumps(
     pieces: Pieces, table: BranchTable
 ) -> tuple[list[PeriodicOrbit], list[Unresolved]]:
     """Find the infinitely unstable orbits of one period; unresolved where on an end of a jump."""
-    slack = ON_END * max(abs(end) for end in table.f.domain)
+    slack = BORDER * domain_size(table.f)
     crossings: list[tuple[Breakpoint, Floats, Indices]] = []
     unresolved: list[Unresolved] = []
     for number, jump in enumerate(table.breakpoints):
@@ -413,7 +412,7 @@ def _orbit(
     """Describe the orbit d, y, f(y), ..., with f of its last point d."""
     points = np.roll(path, 1)
     residual = np.abs(images - np.roll(points, -1)[1:])
-    error = _errors(slopes, residual, ROUNDING * max(map(abs, table.f.domain)))
+    error = _errors(slopes, residual, ROUNDING * domain_size(table.f))
     labels = table.labels_at(points)
     texts = [table.text(int(label)) for label in labels]
     texts[0] = f"{table.text(jump.left_label)} | {table.text(jump.right_label)}"

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import is_ok, sample
+from stickslip.analysis.branches.discontinuities import are_apart
+from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,13 +20,12 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Map1D
 
 SLIVER: Final = 1e-9  # of the domain: a branch this narrow between two others is none
-NARROWEST: Final = 1e-7  # of the domain: half width of the first fan of points
+NARROWEST: Final = 1e-7  # of the domain: half width of the first fan of points, or bracket
 BLURRED: Final = 1e-12  # of the domain: closer to a change labels may be those of either side
 FAN: Final = 8.0  # ratio of distances in a fan
 SECTIONS: Final = 5  # points per round where no forecast is at hand: two and a half halvings
 TRUSTED: Final = 0.5  # of the bracket: the two sides' forecasts must agree better
 ASIDE: Final = (2.0, 64.0)  # of their disagreement, to either side: expected to hold the change
-FINEST: Final = 2.0**-12  # of the spacing of floats at the domain's size: adjacent enough near 0
 
 
 class Branch(NamedTuple):
@@ -57,12 +57,6 @@ class Probe:
     f: Map1D
     seen: list[Seen] = field(default_factory=list)
 
-    @property
-    def scale(self) -> float:
-        """Width of the domain."""
-        lo, hi = self.f.domain
-        return hi - lo
-
     def look(self, points: Iterable[float]) -> None:
         """Evaluate at new points, moved into the domain."""
         lo, hi = self.f.domain
@@ -83,7 +77,7 @@ class Probe:
         for s in self.seen if inward > 0 else reversed(self.seen):
             distance = inward * (s.x - x)
             # Labels flicker beside a tie of events.
-            if distance < BLURRED * self.scale:
+            if distance < BLURRED * domain_width(self.f):
                 continue
             if s.branch != branch:
                 break
@@ -102,7 +96,7 @@ def find_change(
 
 def _are_wide(probe: Probe, *ends: Seen) -> bool:
     """Tell branches from what rounding makes of a tie of events: a few floats of a third label."""
-    blur = BLURRED * probe.scale
+    blur = BLURRED * domain_width(probe.f)
     sides = tuple(zip(ends, (-1, 1), probe.f.domain, strict=True))
 
     def reach_in() -> bool:
@@ -120,15 +114,16 @@ def _are_wide(probe: Probe, *ends: Seen) -> bool:
 def _change(
     probe: Probe, left: Branch, right: Branch, x: float, reach: float
 ) -> tuple[Seen, Seen] | None:
-    pair = _fan_out(probe, left, right, x, max(reach, NARROWEST * probe.scale))
+    pair = _fan_out(probe, left, right, x, max(reach, NARROWEST * domain_width(probe.f)))
     if pair is None:
         return None
     last, first = close_in(probe, lambda branch: branch == left, pair)
     if first.branch == right:
         return last, first
-    probe.look(last.x + SLIVER * probe.scale * FAN**-k for k in range(4))
+    sliver = SLIVER * domain_width(probe.f)
+    probe.look(last.x + sliver * FAN**-k for k in range(4))
     i = bisect_left(probe.seen, last.x, key=lambda s: s.x)
-    while i + 1 < len(probe.seen) and probe.seen[i + 1].x <= last.x + SLIVER * probe.scale:
+    while i + 1 < len(probe.seen) and probe.seen[i + 1].x <= last.x + sliver:
         if probe.seen[i + 1].branch == right:
             return last, close_in(probe, lambda branch: branch != right, (i, i + 1))[1]
         i += 1
@@ -139,7 +134,6 @@ def close_in(
     probe: Probe, is_left: Callable[[Branch], bool], pair: tuple[int, int]
 ) -> tuple[Seen, Seen]:
     """Narrow a bracket until its ends are adjacent floats."""
-    finest = FINEST * float(np.spacing(max(abs(end) for end in probe.f.domain)))
     slow = False
     if probe.seen[pair[0]].x < 0 < probe.seen[pair[1]].x:
         # Floats are dense there without end: a break at 0 is to be found at 0.
@@ -147,7 +141,7 @@ def close_in(
         pair = _narrowed(probe.seen, is_left, probe.seen[pair[0]].x, probe.seen[pair[1] + 1].x)
     while True:
         left, right = (probe.seen[i] for i in pair)
-        if not (np.nextafter(left.x, right.x) < right.x and right.x - left.x > finest):
+        if not are_apart(probe.f, left.x, right.x):
             return left, right
         points = [] if slow else _forecast(probe.seen, *pair)
         probe.look(points or _sections(left.x, right.x))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeAlias
 import numpy as np
 
 from stickslip.analysis.branches.along.change_search import (
-    FINEST,
+    NARROWEST,
     Branch,
     Probe,
     Seen,
@@ -22,7 +22,7 @@ from stickslip.analysis.branches.along.change_search import (
     find_change,
 )
 from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
-from stickslip.analysis.branches.discontinuities import is_step
+from stickslip.analysis.branches.discontinuities import are_apart, is_step
 from stickslip.analysis.branches.mesh import RESOLUTION, Nodes
 from stickslip.analysis.branches.table import branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
@@ -44,7 +44,6 @@ CriticalKind: TypeAlias = Literal["jump", "corner", "smooth", "edge", "turning p
 REACH: Final = 1.5  # times the last move: where a critical point is looked for first
 WINDOW: Final = 1e-3  # of the domain: half width of the window whose table is asked, at least
 WIDER: Final = 8.0  # ... and times the last move
-TURN: Final = 1e-7  # of the domain: half width of the first bracket of a turning point
 WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
 CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
 AWAY: Final = np.geomspace(1e-7, 1.0, 48)  # of that half width: where a jump is looked for
@@ -234,7 +233,6 @@ def _by_step(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalRead
         return None
     probe, (lo, hi) = Probe(f), f.domain
     away = max(WINDOW * (hi - lo), WIDER * reach) * AWAY
-    finest = FINEST * float(np.spacing(max(abs(lo), abs(hi))))
     probe.look([*(border.x - away).tolist(), border.x, *(border.x + away).tolist()])
     ends = lo, hi
     while True:
@@ -252,7 +250,7 @@ def _by_step(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalRead
         if not (off[distance < distance[k]] <= HIDDEN * abs(rise[k])).all():
             return None
         last, first = seen[k], seen[k + 1]
-        if np.nextafter(last.x, first.x) >= first.x or first.x - last.x <= finest:
+        if not are_apart(f, last.x, first.x):
             break
         ends = last.x, first.x
         probe.look([*np.linspace(*ends, FAN).tolist(), *[0.0][: ends[0] < 0 < ends[1]]])
@@ -319,10 +317,7 @@ def _by_table(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading:
         raise ConditionLost(f"the {border.kind} at {border.x:.12g} is gone")
     # One that is of the same kind and shares a side comes first, then the nearest.
     b = min(successors, key=lambda b: (b.kind != border.kind, abs(b.d - border.x)))
-    found = TrackedDiscontinuity.of(b)
-    moved = TrackedDiscontinuity(
-        found.left_label, found.right_label, b.d, b.kind, abs(b.d - border.x)
-    )
+    moved = replace(TrackedDiscontinuity.of(b), reach=abs(b.d - border.x))
     values = (b.left, b.right, b.left_slope, b.right_slope)
     return CriticalReading(b.d, *values, b.kind, b.interval, moved)
 
@@ -352,7 +347,7 @@ def _may_replace(other: TrackedDiscontinuity, border: TrackedDiscontinuity) -> b
 def _turned(f: Map1D, near: float, reach: float) -> CriticalReading:
     """Find the turning point near a point of the whole domain, or raise `ConditionLost`."""
     scale = domain_width(f)
-    ends, slopes = _slope_bracket(f, near, max(REACH * reach, TURN * scale))
+    ends, slopes = _slope_bracket(f, near, max(REACH * reach, NARROWEST * scale))
     (x,) = slope_zeros(lambda t: values_and_slopes(f, t)[1], ends, slopes).tolist()
     around = sample(f, np.clip(x + EPS * scale * np.array([-1.0, 0.0, 1.0]), *ends))
     if not np.max(np.abs(around.derivative)) <= CONTINUOUS * np.abs(slopes).sum():
