@@ -109,6 +109,11 @@ class Table(Mapping[str, Column]):
         return [f"... {hidden} more rows"] if hidden > 0 else []
 
 
+def more(n: int, shown: int = SHOWN) -> list[str]:
+    """Say, in a line of its own, how many there are beyond those shown; nothing if none."""
+    return [f"  ... {n - shown} more"] if n > shown else []
+
+
 def numbered(name: str, values: NDArray[Any]) -> dict[str, Column]:
     """Columns ``name_1``, ``name_2``, ... of an array of shape (n, k); ``name`` if k = 1."""
     if values.shape[1] == 1:

@@ -37,6 +37,7 @@ from stickslip.checks import (
 )
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
+from stickslip.results.table import more
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -151,8 +152,8 @@ class Basins(Result):
                 self.edges[:20], self.edges[1:21], self.index, self.causes, strict=False
             )
         ]
-        more = [f"  ... {len(self.index) - 20} more"] if len(self.index) > 20 else []
-        return "\n".join([head, *rows, *more, *([self.reason] if self.reason else [])])
+        rows += more(len(self.index), 20)
+        return "\n".join([head, *rows, *filter(None, [self.reason])])
 
     def _in_words(self, k: int) -> str:
         share, error = self.sampled(k)

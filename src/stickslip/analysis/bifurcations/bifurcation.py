@@ -24,6 +24,7 @@ from stickslip.analysis.bifurcations.outcome import disagreement
 from stickslip.checks import one_of
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
+from stickslip.results.table import SHOWN, more
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -51,7 +52,6 @@ BifurcationKind: TypeAlias = Literal[
 ]
 BIFURCATION_KINDS: Final[tuple[str, ...]] = get_args(BifurcationKind)
 
-SHOWN: Final = 40  # bifurcations in a list's repr
 LISTED: Final = 8  # points in a bifurcation's repr
 POINTS_SHOWN: Final = 2  # of an orbit, in a line of a table
 
@@ -449,8 +449,7 @@ class BifurcationList(ResultList[Bifurcation]):
             "points",
         ]
         lines += [_line(item) for item in self.bifurcations[:SHOWN]]
-        if len(self) > SHOWN:
-            lines.append(f"  ... {len(self) - SHOWN} more")
+        lines += more(len(self))
         for cascade in self.cascades:
             lines.append(
                 f"  cascade of {len(cascade.flips)} flips from {cascade.flips[0].value:.10g}, "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Final, get_args
+from typing import TYPE_CHECKING, ClassVar, get_args
 
 from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint, Kind
 from stickslip.analysis.branches.table import branch_table
@@ -12,14 +12,13 @@ from stickslip.analysis.maps.protocol import explanation
 from stickslip.checks import one_of
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
+from stickslip.results.table import SHOWN, more
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Unresolved
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Map1D, Modelled
-
-SHOWN: Final = 40  # rows of a list in its repr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,12 +55,11 @@ class BreakpointList(ResultList[Breakpoint]):
             "                   d          f(d-)          f(d+)      f'(d-)      f'(d+)  kind",
         ]
         lines += [_row(item) for item in serious[:SHOWN]]
-        if len(serious) > SHOWN:
-            lines.append(f"  ... {len(serious) - SHOWN} more")
+        lines += more(len(serious))
         if smooth:
             places = ", ".join(f"{item.d:.12g}" for item in smooth[:SHOWN])
-            more = f", ... {len(smooth) - SHOWN} more" if len(smooth) > SHOWN else ""
-            lines.append(f"  smooth at {places}{more}")
+            others = f", ... {len(smooth) - SHOWN} more" if len(smooth) > SHOWN else ""
+            lines.append(f"  smooth at {places}{others}")
         lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]
         return "\n".join(lines)
 

@@ -32,6 +32,7 @@ from stickslip.analysis.maps.protocol import base_and_exponent, domain_size, dom
 from stickslip.checks import finite_number
 from stickslip.numerics.processes import travels
 from stickslip.results.result import Result, ResultList
+from stickslip.results.table import SHOWN, more
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
 CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, if that is left open
 MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out
-SHOWN: Final = 40  # rows of a table in its repr
 SPENT: Final = 1 << 20  # events of long motions for one table of many, before less is resolved
 REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
@@ -150,8 +150,7 @@ class BranchTable(ResultList[Branch]):
             f"{self.text(b.label)}"
             for b in self.branches[:SHOWN]
         ]
-        if len(self) > SHOWN:
-            lines.append(f"  ... {len(self) - SHOWN} more")
+        lines += more(len(self))
         lines += [f"  gap: no value in ({lo:.12g}, {hi:.12g})" for lo, hi in self.gaps[:SHOWN]]
         lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]
         return "\n".join(lines)

@@ -15,7 +15,7 @@ from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 from stickslip.results.parts import part
 from stickslip.results.result import Result
-from stickslip.results.table import Table, numbered
+from stickslip.results.table import SHOWN, Table, more, numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.curve import CurveEnd
     from stickslip.analysis.maps.protocol import Floats
 
-SHOWN: Final = 40  # orbits in a diagram's table
 LAST: Final = ("multiplier", "lyapunov")  # columns behind those of the points
 
 
@@ -214,8 +213,7 @@ class Diagram(Result):
                 f"  {row['period']:6d}  {row['from']:<15.11g}  {row['begins']:16s}  "
                 f"{row['to']:<15.11g}  {row['ends']:16s}  {row['stable_share']:.0%}"
             )
-        if len(self.orbits) > SHOWN:
-            lines.append(f"  ... {len(self.orbits) - SHOWN} more")
+        lines += more(len(self.orbits))
         for kind in np.unique(self.attractors.kind):
             rows = self.attractors.kind == kind
             lines.append(

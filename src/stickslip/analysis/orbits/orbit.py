@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
+from stickslip.results.table import more
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -271,8 +272,7 @@ class OrbitList(OrbitSequence[PeriodicOrbit]):
             lines.append(
                 f"  {orbit.period:6d}  {orbit.multiplier:14.8g}  {orbit.kind:19s}  {points}"
             )
-        if len(self) > SHOWN:
-            lines.append(f"  ... {len(self) - SHOWN} more")
+        lines += more(len(self), SHOWN)
         for near in self.near_folds:
             settled = "no orbit" if near.resolved else "none, two or a whole interval of them"
             lines.append(

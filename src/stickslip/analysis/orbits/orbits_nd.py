@@ -10,9 +10,10 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, reduced, sample
 from stickslip.analysis.orbits.newton import monodromy, solve_orbits
-from stickslip.analysis.orbits.orbit import AnyOrbit, OrbitSequence, wanted_periods
+from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
+from stickslip.results.table import more
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,7 +31,6 @@ EARLY: Final = 4  # iterates of each, itself included
 LATE: Final = (32, 36)  # and those near attractors
 PARTS: Final = 16  # of a table of distances, to save memory
 SAME: Final = 1e-8  # of an orbit's size: points of one orbit, reached from different seeds
-SHOWN: Final = 24  # orbits in a list's repr
 MULTIPLIERS_SHOWN: Final = 3
 
 
@@ -253,8 +253,7 @@ class OrbitListND(OrbitSequence[PeriodicOrbitND]):
             point = ", ".join(f"{x:.10g}" for x in orbit.points[0])
             known = multipliers_text(orbit.multipliers)
             lines.append(f"  {orbit.period:6d}  {orbit.hits:6d}  {orbit.kind:8s}  {point}; {known}")
-        if len(self) > SHOWN:
-            lines.append(f"  ... {len(self) - SHOWN} more")
+        lines += more(len(self), SHOWN)
         lines += [f"  {item}" for item in self.unseen]
         return "\n".join(lines)
 
