@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.recurrence import SAME_POINT, confirmed, recurrences, same_cycle
+from stickslip.analysis.attractors.bands import APART
+from stickslip.analysis.attractors.recurrence import (
+    RECURRING,
+    SAME_POINT,
+    SETTLED,
+    confirmed,
+    recurrences,
+    same_cycle,
+)
+from stickslip.analysis.exponents.blocking import LONGEST_CYCLE
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
 
 if TYPE_CHECKING:
@@ -27,19 +36,14 @@ WITH: Final = 16  # last steps of an orbit, most of them inside a motion: it is 
 LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
 NEAR: Final = 5e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
 ROUNDS: Final = 6  # ... in each of so many rounds is captured
-RECURRING: Final = 0.02  # of the domain's width: a recurrence this close proposes a period ...
-SETTLED: Final = 1e-6  # ... this close, if slopes speak against it
-SLOW_APPROACH: Final = 48  # last steps, all in one direction: an orbit is still on its way ...
-SHORT_PERIODS: Final = 4  # ... for a period up to this
-SLOPES: Final = 48  # at least, in the mean of log |f'|
+TOLD: Final = 48  # last steps that tell a motion, by slopes, or if all are in one direction ...
+SHORT_PERIODS: Final = 4  # ... for a period up to this, an orbit is still on its way
 SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
 FLAT: Final = 1e-3  # a smaller mean is none
-LONGEST: Final = 512  # period that is recognised
 TRIES: Final = 6  # periods proposed by an orbit that Newton's method tries
 MOST_MOTIONS: Final = 8  # at one value
 SPARSE: Final = 12.0  # mean gaps between iterates: wider ones are gaps between bands
 MOVING, CYCLE, LEFT = -1, -2, -3  # fates of orbits, beside the number of an attractor found
-BESIDE: Final = 1e-9  # of the domain's width: where a side of a break is evaluated
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +95,7 @@ class Settler:
 
 def _images(f: Map1D, critical: Floats) -> tuple[NDArray[np.intp], Floats]:
     """Values on both sides of critical points, once where they agree, and whose they are."""
-    step = BESIDE * domain_width(f)
+    step = APART * domain_width(f)
     sides = np.concatenate([critical - step, critical + step])
     owner = np.tile(np.arange(len(critical)), 2)
     value = sample(f, sides).value
@@ -109,7 +113,7 @@ def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp
 def _slow_approach(tail: Floats) -> bool:
     """Tell whether an orbit's end moves on, every p-th point in one direction, for a small p."""
     # So does a slow passage past a weakly unstable cycle, where slopes look like chaos.
-    end = tail[-SLOW_APPROACH:]
+    end = tail[-TOLD:]
     for p in range(1, SHORT_PERIODS + 1):
         forward = end[p:] > end[:-p]
         classes = [forward[k::p] for k in range(p)]
@@ -213,12 +217,12 @@ class _Look:
             fate = int(self._fates(tail)[0])
             if fate != MOVING:
                 return fate
-            late = tail[0, -max(SLOPES, tail.shape[1] // 4) :]
+            late = tail[0, -max(TOLD, tail.shape[1] // 4) :]
             with np.errstate(divide="ignore"):
                 logs = np.log(np.abs(values_and_slopes(self.f, late)[1]))
             exponent = float(logs.mean())
             error = float(logs.std() / np.sqrt(logs.size))  # as if they were independent
-            near = RECURRING if exponent <= 0.0 else SETTLED
+            near = RECURRING if exponent <= 0.0 else SETTLED  # slopes speak against it
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE
             least = FLAT if was_chaotic else max(FLAT, SIGMAS * error)
@@ -246,7 +250,7 @@ class _Look:
 
     def _settled(self, tail: Floats, near: float) -> bool:
         """Look for a stable cycle that the end of an orbit has come close to."""
-        change = recurrences(tail[None, :], LONGEST)[0]
+        change = recurrences(tail[None, :], LONGEST_CYCLE)[0]
         proposed = np.flatnonzero(change <= near) + 1
         # The first periods, and the best: a multiple recurs more closely than the period itself.
         best = proposed[np.argsort(change[proposed - 1], kind="stable")][:TRIES]

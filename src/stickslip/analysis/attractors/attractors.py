@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
 N_STARTS: Final = 64
-MAX_PERIOD: Final = 64
+MAX_PERIOD: Final = 64  # of cycles that are recognised
 LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to nothing there
-MAX_STEPS: Final = 20_000
+MAX_STEPS: Final = 20_000  # after which a motion counts as undecided
 
 
 @overload
@@ -169,7 +169,7 @@ def attractors(
     max_period = whole_number("max_period", max_period, at_most=MOST_KEPT)
     max_steps = whole_number("max_steps", max_steps, at_most=MOST_STEPS)
     fast, work = flag("interpolate", interpolate), Work(progress, partial)
-    orbits = _orbits("known", known)
+    orbits = _orbits(known)
     check_callback("features", features, "an orbit's points (k, n)")
     if starts is not None and not real_numbers("starts", starts).size:
         raise ValueError(f"starts = {shown(starts)} is empty: at least one point is needed.")
@@ -227,14 +227,14 @@ def _searched(
     return search.result(n_spread)
 
 
-def _orbits(name: str, orbits: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:
-    known = "a list of orbits, as from ss.periodic_orbits(f)"
+def _orbits(known: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:
+    what = "as from ss.periodic_orbits(f)"
     try:
-        listed = tuple(orbits)
+        listed = tuple(known)
     except TypeError as reason:
-        raise ValueError(f"{name} = {shown(orbits)} is not {known}.") from reason
+        raise ValueError(f"known = {shown(known)} is not a list of orbits, {what}.") from reason
     return tuple(
-        instance(f"{name}[{i}]", orbit, PeriodicOrbit, "an orbit, as from ss.periodic_orbits(f)")
+        instance(f"known[{i}]", orbit, PeriodicOrbit, f"an orbit, {what}")
         for i, orbit in enumerate(listed)
     )
 

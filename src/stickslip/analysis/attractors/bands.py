@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
 SAME: Final = 1e-12  # of the domain's width: intervals closer than this touch, edges agree
-APART: Final = 1e-9  # ...: bands closer than this are one; a stand-in of a map knows no better
-EXPLAINED: Final = 1e-9  # ...: how well an image must meet an edge
+APART: Final = 1e-9  # ...: closer bands are one, images meet an edge: a stand-in knows no better
 ALONE: Final = 256  # images of an interval before they are joined
 STAYS: Final = 64  # maps of the whole before another interval is tried
 MAX_STEPS: Final = 2000  # from then on
@@ -279,7 +278,7 @@ def _explain(
     sources = []
     for i in range(edges.size):
         with np.errstate(invalid="ignore"):
-            close = np.abs(images - edges[i]) <= EXPLAINED * width
+            close = np.abs(images - edges[i]) <= APART * width
         near = close & own[:, None]
         near = near if near.any() else close
         if not near.any():

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from stickslip.analysis.attractors.bands import image, inside, merged
+from stickslip.analysis.attractors.bands import SAME, image, inside, merged
+from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED
 from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
 from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
@@ -27,15 +28,12 @@ if TYPE_CHECKING:
 
     Integers = NDArray[np.int64]
 
-UNDECIDED: Final = -1
-LEFT: Final = -2
 EXACT: Final = 1e-13  # of the domain's width: edges closer than this are one
 GROWTHS: Final = 16  # radii that a trap is widened to, each half of the one before
 MAX_STEPS: Final = 256  # on the way into a trap
 MAX_ORDER: Final = 64  # preimages that are recognised
 MAX_PERIOD: Final = 16  # unstable orbits that are recognised
 RECURS: Final = 1e-5  # of the domain's width: an edge's orbit this close to recurring is tried
-MEETS: Final = 1e-12  # of the domain's width, before errors grow with the slope along the orbit
 LOST: Final = 1e-3  # of the domain's width: beyond this error an orbit tells nothing
 MAX_SLIVERS: Final = 2000  # edges that are followed; more occur only among interwoven basins
 
@@ -316,7 +314,7 @@ def first_causes(f: Map1D, table: Laps, edges: Floats) -> list[EdgeCause]:
         right, left = float(table.right[i]), float(table.left[i + 1])
         if left > right:
             causes |= {x: EdgeCause("gap", 0, x) for x in (right, left)}
-        elif abs(table.value_right[i] - table.value_left[i + 1]) > MEETS * domain_width(f):
+        elif abs(table.value_right[i] - table.value_left[i + 1]) > SAME * domain_width(f):
             causes[left] = EdgeCause("breakpoint", 0, left)
     return [causes.get(float(x), UNRESOLVED) for x in edges]
 
@@ -357,9 +355,9 @@ def _sliver_causes(
     orbits = advance(f, middle, MAX_ORDER + MAX_PERIOD)
     slopes = np.abs(values_and_slopes(f, orbits[:, :-1])[1])
     growth = np.hstack([np.ones((len(middle), 1)), np.cumprod(slopes, axis=1)])
-    errors = MEETS * domain_width(f) + 0.5 * width[:, None] * growth
+    errors = SAME * domain_width(f) + 0.5 * width[:, None] * growth
     known: list[Cycle] = []
-    slack = MEETS * domain_width(f)
+    slack = SAME * domain_width(f)
     for i, orbit, error in zip(slivers, orbits, errors, strict=True):
         if cause := _orbit_cause(f, orbit, error, known):
             x = _pull_back(f, orbit[: cause.order], cause.source)

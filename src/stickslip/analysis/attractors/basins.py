@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorList, AttractorListND
-from stickslip.analysis.attractors.attractors import attractors, checked_found
+from stickslip.analysis.attractors.attractors import MAX_STEPS, attractors, checked_found
 from stickslip.analysis.attractors.basin_pieces import (
-    LEFT,
-    UNDECIDED,
     EdgeCause,
     Pieces,
     explain,
@@ -22,8 +20,9 @@ from stickslip.analysis.attractors.basin_pieces import (
     spread_over_open,
 )
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial, find_basins
-from stickslip.analysis.attractors.in_space.fates import MOST_FOLLOWED
+from stickslip.analysis.attractors.in_space.fates import LEFT, MOST_FOLLOWED, UNDECIDED
 from stickslip.analysis.attractors.lyapunov import perturbed
+from stickslip.analysis.attractors.search import BLOCK
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
@@ -56,9 +55,6 @@ MANY: Final = 4096  # undecided pieces from which on basins count as interwoven
 MAX_CUT: Final = 1 << 15  # undecided pieces of all rounds together: the rest is sampled
 WORTH: Final = 0.1  # of what is open: a round on many pieces that decides less is the last
 N_SAMPLES: Final = 4096
-BLOCK: Final = 256  # steps between looks at where samples are
-MAX_STEPS: Final = 20_000
-HALF: Final = 0.5  # share of the work that the search for attractors is, roughly
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -282,7 +278,7 @@ def basins(
     generator = random_generator("rng", 0 if rng is None else rng)
     max_steps = whole_number("max_steps", max_steps, at_most=MOST_FOLLOWED)
     work = Work(progress, partial)
-    searched, rest = work.part(0.0, HALF), work.part(0.0 if found is not None else HALF, 1.0)
+    searched, rest = work.part(0.0, 0.5), work.part(0.0 if found is not None else 0.5, 1.0)
     search: Any = {"progress": searched.tell, "partial": work.partial}
     if isinstance(space := map_of(f), MapND):
         not_for("a line", resolution=resolution != RESOLUTION, rng=rng is not None)

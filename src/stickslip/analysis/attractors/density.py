@@ -13,7 +13,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from stickslip.analysis.attractors.attractor import Attractor
-from stickslip.analysis.attractors.bands import inside
+from stickslip.analysis.attractors.bands import APART, inside
 from stickslip.analysis.attractors.lyapunov import LyapunovExponent
 from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.branches.table import branch_table
@@ -36,7 +36,6 @@ CELLS: Final = 2000
 MOST_CELLS: Final = 10**7
 PIECES: Final = 8  # of a cell, on which the map is taken as linear
 IMAGES: Final = 24  # images of lap ends that become cell edges
-APART: Final = 1e-9  # of the domain's width: edges closer than this are one
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -45,6 +45,7 @@ SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, at first and ...
 MAX_SAMPLES: Final = 1 << 20  # ... at most
 GROWTH: Final = 4  # factor from one sample to the next, until the exponent's sign is clear
 CLEAR: Final = 10  # error bars by which it is then away from zero
+SIGMAS: Final = 5  # error bars by which the exponent of chaos must exceed zero
 SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than this
 TENTHS: Final = np.array([1, 2, 4, 6])  # of the longer ones that are shorter yet
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.exponents.blocking import REPEATS
 from stickslip.analysis.maps.protocol import advance, domain_width, sample
 from stickslip.analysis.orbits.bundles import padded
 from stickslip.analysis.orbits.newton import polish_on
@@ -27,7 +28,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
-REPEATS: Final = 10  # periods over which values and labels must recur
+SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period ...
+RECURRING: Final = 0.02  # ... and so close on a slow approach, which has as much of its way left
 FEW: Final = 4  # starts that are not worth a look at all of them together
 HIDDEN: Final = 0.05  # of the domain's width: likewise where a passage only comes near a cycle
 MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further

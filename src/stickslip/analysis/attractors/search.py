@@ -14,6 +14,8 @@ import numpy as np
 from stickslip.analysis.attractors.attractor import Attractor, AttractorKind, AttractorList
 from stickslip.analysis.attractors.bands import APART, Bands, grow, merged, on_map
 from stickslip.analysis.attractors.lyapunov import (
+    GROWTH,
+    SIGMAS,
     ChaoticMotion,
     LyapunovExponent,
     difference,
@@ -23,7 +25,9 @@ from stickslip.analysis.attractors.lyapunov import (
     trace,
 )
 from stickslip.analysis.attractors.recurrence import (
+    RECURRING,
     SAME_POINT,
+    SETTLED,
     Cycle,
     as_orbit,
     attracts,
@@ -45,13 +49,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
     from stickslip.analysis.work import Work
 
-FIRST_BLOCK: Final = 256
-GROWTH: Final = 4  # each block of steps is this many times longer than the one before
-SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period
-SIGMAS: Final = 5  # error bars by which a chaotic exponent must exceed zero
-TRAPPED: Final = 1e-9  # of the domain's width: how well bands must reproduce themselves
+BLOCK: Final = 256  # steps until orbits are looked at, at first
 LOOK: Final = 2048  # steps of one orbit to start an examination from
-SLOW_APPROACH: Final = 0.02  # of the domain's width: recurrence and way left on a slow approach
 CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
 LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
 STANDS_IN: Final = 1e-6  # of the domain's width: a stand-in may not err more on an attractor
@@ -103,7 +102,7 @@ class AttractorSearch:
     def run(self, start: Floats, work: Work) -> None:
         """Follow seeds until each has left, been captured, or used up its steps."""
         self.fate, moving, x = np.full(len(start), -1), np.arange(len(start)), start
-        done, block, reason = 0, FIRST_BLOCK, ""
+        done, block, reason = 0, BLOCK, ""
         with work.until_interrupted():
             while moving.size and done < self.max_steps:
                 work.tell(max(1 - moving.size / len(start), done / self.max_steps))
@@ -213,7 +212,7 @@ class AttractorSearch:
         elif cycle.stable:
             reach = partial(capture_radius, self.fast, own)
         else:  # an orbit that approaches it slowly may come no closer in any time we have
-            reach = partial(float, SLOW_APPROACH * domain_width(self.f))
+            reach = partial(float, RECURRING * domain_width(self.f))
         self.known.append(_Known(attractor, cycle, float(own.points[0]), reach))
         return len(self.known) - 1
 
@@ -262,9 +261,9 @@ class AttractorSearch:
     def _why_no_trap(self, bands: Bands) -> str:
         if bands.reason:
             return bands.reason
-        if np.ptp(bands.intervals) <= TRAPPED * domain_width(self.f):
+        if np.ptp(bands.intervals) <= APART * domain_width(self.f):
             return "the bands are narrower than can be told from a point"
-        if bands.residual > TRAPPED * domain_width(self.f):
+        if bands.residual > APART * domain_width(self.f):
             return f"the map misses the bands it should fill by {bands.residual:.1e}"
         return ""
 
@@ -276,7 +275,7 @@ class AttractorSearch:
             if not attracts(self.f, cycle):
                 continue
             self.add_cycle(cycle)
-            if np.any(bands.contain(cycle.points, TRAPPED * domain_width(self.f))):
+            if np.any(bands.contain(cycle.points, APART * domain_width(self.f))):
                 return f"a stable cycle of period {cycle.period} hides in the bands"
         value, error = motion.exponent
         if value <= SIGMAS * error:
@@ -332,7 +331,7 @@ class AttractorSearch:
     def _crept_along(self, tail: Floats) -> Cycle | None:
         """Find the cycle that an orbit approaches too slowly to have settled on it."""
         for start in self._rounds(tail):
-            cycle = confirmed(self.fast, start, moved=SLOW_APPROACH)
+            cycle = confirmed(self.fast, start, moved=RECURRING)
             cycle = self._accepted(cycle) if cycle is not None and not _repels(cycle) else None
             if cycle is not None and not _repels(cycle):
                 return cycle
@@ -345,8 +344,8 @@ class AttractorSearch:
         for period in np.flatnonzero(change <= SETTLED)[:1] + 1:
             yield tail[-period:]
         # Short periods first: a multiple of the period recurs more closely than the period.
-        starts = [tail[-period:] for period in np.flatnonzero(change <= SLOW_APPROACH) + 1]
-        yield from (starts[k] for k in promising(self.fast, starts, SLOW_APPROACH))
+        starts = [tail[-period:] for period in np.flatnonzero(change <= RECURRING) + 1]
+        yield from (starts[k] for k in promising(self.fast, starts, RECURRING))
 
     def result(self, n_spread: int) -> AttractorList:
         """Return what was found; shares refer to the first `n_spread` seeds."""

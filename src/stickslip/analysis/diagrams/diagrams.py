@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.along import Motion, Settler
+from stickslip.analysis.attractors.along import TOLD, Motion, Settler
 from stickslip.analysis.attractors.attractors import attractors as all_attractors
 from stickslip.analysis.attractors.attractors import spread_points
 from stickslip.analysis.bifurcations.bifurcation import attempted
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
-FEWEST: Final = 48  # iterates by which a motion that is no cycle can be recognised
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 
@@ -249,7 +248,7 @@ def _on_line(
 ) -> tuple[list[tuple[Floats, Any]], list[list[Motion]]]:
     """Solve for every orbit at every value of a chunk; gather the stable ones, and attractors."""
     filled = fill(chunk.maps, chunk.values, sampled)
-    settler, rows = Settler(max(iterates, FEWEST)), []
+    settler, rows = Settler(max(iterates, TOLD)), []
     for k, f in enumerate(chunk.maps):
         rows.append(_stable_cycles(filled, k))
         if chunk.critical is not None:

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
 LONGEST_CYCLE: Final = 512  # settled orbits up to this period are averaged over whole periods
 SETTLED: Final = 1e-12  # of the domain's width: values of a settled orbit recur this closely
-RECURRENCES: Final = 10  # ... and this many times
+REPEATS: Final = 10  # ... over so many periods
 
 
 def settled_period(values: Floats, tolerance: float) -> int:
     """Smallest period of the last rounds of an orbit, (n, ...); 0 if there is none."""
     values = values.reshape(len(values), -1)
-    longest = min(LONGEST_CYCLE, (len(values) - 1) // (RECURRENCES + 1))
+    longest = min(LONGEST_CYCLE, (len(values) - 1) // (REPEATS + 1))
     last = values[::-1]
     near = np.flatnonzero((np.abs(last[1 : longest + 1] - last[0]) <= tolerance).all(axis=1)) + 1
     for period in near:
-        head = last[: RECURRENCES * period]
+        head = last[: REPEATS * period]
         if np.all(np.abs(last[period : period + len(head)] - head) <= tolerance):
             return int(period)
     return 0

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.attractors.basin_pieces import UNDECIDED
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
+from stickslip.analysis.attractors.in_space.fates import UNDECIDED
 from stickslip.numerics.zeros import halved
 from stickslip.results.parts import part
 

@@ -15,7 +15,7 @@ from stickslip.analysis.attractors.attractor import (
     AttractorListND,
     AttractorND,
 )
-from stickslip.analysis.attractors.attractors import attractors, checked_found
+from stickslip.analysis.attractors.attractors import MAX_STEPS, N_STARTS, attractors, checked_found
 from stickslip.analysis.attractors.basins import basins
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate
 from stickslip.analysis.attractors.in_space.fractions import Known, searched_along
@@ -53,8 +53,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.safety.surroundings import Surroundings
 
 LATE: Final = 0.95  # quantile of the times to settle
-N_STARTS: Final = 64
-MAX_STEPS: Final = 20_000
 
 
 @part

@@ -11,10 +11,18 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 import numpy as np
 from scipy.spatial import cKDTree
 
-from stickslip.analysis.attractors.attractors import spread_points
-from stickslip.analysis.attractors.basin_pieces import LEFT, UNDECIDED, spread_over_open
+from stickslip.analysis.attractors.attractors import MAX_STEPS, spread_points
+from stickslip.analysis.attractors.basin_pieces import spread_over_open
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
-from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates, sample_values
+from stickslip.analysis.attractors.in_space.fates import (
+    HITS,
+    LEFT,
+    UNDECIDED,
+    cells_of,
+    fates,
+    sample_values,
+)
+from stickslip.analysis.attractors.search import BLOCK
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.protocol import advance, apart, clip_to_domain, reduced
 from stickslip.numerics.zeros import halved
@@ -29,9 +37,6 @@ if TYPE_CHECKING:
 
     Indices = NDArray[np.integer[Any]]
 
-TYPICAL: Final = 256  # points kept of a chaotic motion
-FOLLOWED: Final = 256  # steps in which an undecided point is followed, and settling is looked at
-MAX_STEPS: Final = 20_000
 NEIGHBOURS: Final = 32  # points of the attractor beside that of the shortest way
 ROUNDS: Final = 64  # of displacements that are tried, at most
 HALVINGS: Final = 40  # of the way across a boundary
@@ -84,7 +89,7 @@ class LineSurroundings:
         self.f, self.basins, self.k = f, basins, k
         self.attractor: Attractor = basins.attractors[k]
         self.fast = stand_in(f)
-        points = advance(self.fast, np.array([self.attractor.point]), 2 * TYPICAL)[0, -TYPICAL:]
+        points = advance(self.fast, np.array([self.attractor.point]), 2 * BLOCK)[0, -BLOCK:]
         orbit = self.attractor.orbit
         points = points[np.isfinite(points)] if orbit is None else orbit.points
         self.points = np.asarray(points)[:, None]
@@ -93,7 +98,7 @@ class LineSurroundings:
         """Tell whose basin points (m, 1) are in; what is not proved is followed until it is."""
         found = self._proved(x[:, 0])
         if (open_ := found == UNDECIDED).any():
-            tails = self._proved(advance(self.fast, x[open_, 0], FOLLOWED))
+            tails = self._proved(advance(self.fast, x[open_, 0], BLOCK))
             first = np.argmax(tails != UNDECIDED, axis=1)
             found[open_] = tails[np.arange(len(tails)), first]
         return found
@@ -160,7 +165,7 @@ class LineSurroundings:
         x = x[self.fate(x[:, None]) == self.k]
         last, done = np.full(len(x), -1), 0  # step at which each was last outside
         while not done or (done < MAX_STEPS and (2 * (last + 1) > done).any()):
-            n = max(FOLLOWED, done)
+            n = max(BLOCK, done)
             orbits = advance(self.fast, x, n)
             outside = ~(self._distance(orbits) <= near)
             latest = done + n - np.argmax(outside[:, ::-1], axis=1)

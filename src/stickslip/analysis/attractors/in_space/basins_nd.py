@@ -12,7 +12,7 @@ from stickslip.analysis.attractors.attractor import AttractorListND
 from stickslip.analysis.attractors.in_space.fates import (
     HITS,
     LEFT,
-    NOWHERE,
+    UNDECIDED,
     UNFOLLOWED,
     Grid,
     cells_of,
@@ -120,7 +120,7 @@ class BasinsND(Result):
     @property
     def undecided(self) -> float:
         """Share of the starts that neither settled nor left."""
-        return self.share(NOWHERE).value
+        return self.share(UNDECIDED).value
 
     def boundary_dimension(self) -> Estimate:
         """Estimate the dimension of the basins' boundary from the grid; NaN where there is none.
@@ -151,7 +151,7 @@ class BasinsND(Result):
         from scipy.ndimage import binary_dilation, distance_transform_edt
 
         edges = []
-        for k in np.unique(self.index[self.index != NOWHERE]):
+        for k in np.unique(self.index[self.index != UNDECIDED]):
             mine = self.index == k
             edges.append(binary_dilation(mine) & ~mine | binary_dilation(~mine) & mine)
         if len(edges) < 3:
@@ -167,13 +167,13 @@ class BasinsND(Result):
         if self.unfollowed:
             rows.append(f"  interrupted: {self.unfollowed} starts were not followed")
         names = [a._line() for a in self.attractors]
-        for k, name in ((LEFT, "leave"), (NOWHERE, "undecided"), *enumerate(names)):
+        for k, name in ((LEFT, "leave"), (UNDECIDED, "undecided"), *enumerate(names)):
             value, error = self.share(k)
             rows.append(f"  {k:3d}  {value:.5f} ± {error:.1g}  {name}")
         return "\n".join(rows)
 
     def _columns(self) -> dict[str, Any]:
-        numbers = [LEFT, NOWHERE, *range(len(self.attractors))]
+        numbers = [LEFT, UNDECIDED, *range(len(self.attractors))]
         kinds = ["leaves", "undecided", *(a.kind for a in self.attractors)]
         shares = np.array([self.share(k) for k in numbers])
         return {
@@ -245,7 +245,7 @@ def find_basins(
         hits *= STRICTER
         fate[decided], steps[decided] = fates(f, x[decided], cells, max_steps, work, hits)
     unfollowed = np.flatnonzero(fate == UNFOLLOWED) if work.interrupted else decided[:0]
-    fate[unfollowed] = NOWHERE
+    fate[unfollowed] = UNDECIDED
     return BasinsND(
         index=fate.reshape(tuple(map(len, made.axes)) or (len(x),)),
         axes=made.axes,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 HITS: Final = 10  # steps in a row in an attractor's cells, at first: the orbit has come to it
 HALVINGS: Final = 16  # of the cells, until none holds points of two attractors
 CORNERS: Final = 6  # dimension up to which all corners about a point are marked
-NOWHERE, LEFT, UNFOLLOWED = -1, -2, -3
+UNDECIDED, LEFT, UNFOLLOWED = -1, -2, -3
 BELOW: Final = 1.0 - 1e-12  # the end of a period belongs to its last cell
 MOST_CELLS: Final = 1 << 24  # of an array that holds all
 MOST_FOLLOWED: Final = 2**31 - 1  # steps of a start
@@ -48,17 +48,17 @@ class Cells:
     def at(self, x: Floats) -> Integers:
         """Tell the label of each point (m, n); -1 where no attractor is, or for NaN."""
         held = ((x >= self.box[:, 0]) & (x <= self.box[:, 1])).all(axis=1)
-        found = np.full(len(x), NOWHERE)
+        found = np.full(len(x), UNDECIDED)
         key = _key(x[held], self.box, self.per_cell, self.counts)
         slot = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
-        found[held] = np.where(self.keys[slot] == key, self.labels[slot], NOWHERE)
+        found[held] = np.where(self.keys[slot] == key, self.labels[slot], UNDECIDED)
         return found
 
     def table(self) -> NDArray[np.int16] | None:
         """Return the labels of all cells, attractors' and others; None of too many."""
         if float(np.prod(self.counts.astype(float))) >= MOST_CELLS:
             return None
-        labels = np.full(int(self.counts.prod()), NOWHERE, dtype=np.int16)
+        labels = np.full(int(self.counts.prod()), UNDECIDED, dtype=np.int16)
         labels[self.keys] = self.labels
         return labels
 
@@ -198,14 +198,14 @@ def _fates_by_steps(
     work: Work,
 ) -> None:
     hits, max_steps, fate, steps = limits
-    last, run = np.full(len(x), NOWHERE), np.zeros(len(x), dtype=np.int64)
+    last, run = np.full(len(x), UNDECIDED), np.zeros(len(x), dtype=np.int64)
     active = np.arange(len(x))
     for k in range(max_steps + 1):
         gone = ~f.contains(x)
-        label = np.full(len(x), NOWHERE) if cells is None else cells.at(x)
+        label = np.full(len(x), UNDECIDED) if cells is None else cells.at(x)
         run = np.where(label == last, run + 1, 1)
         last = label
-        came = (label != NOWHERE) & (run >= hits) & ~gone
+        came = (label != UNDECIDED) & (run >= hits) & ~gone
         done = came | gone
         fate[active[done]], steps[active[done]] = np.where(gone, LEFT, label)[done], k
         active, x, run, last = active[~done], x[~done], run[~done], last[~done]
@@ -213,7 +213,7 @@ def _fates_by_steps(
             break
         work.tell(max(1 - len(active) / len(fate), k / max_steps))
         x = sample_values(f, x)
-    fate[active], steps[active] = NOWHERE, max_steps
+    fate[active], steps[active] = UNDECIDED, max_steps
 
 
 def sample_values(f: Any, x: Floats) -> Floats:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import MAX_PERIOD
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, find_basins
 from stickslip.analysis.attractors.in_space.fates import (
     LEFT,
     MOST_FOLLOWED,
-    NOWHERE,
+    UNDECIDED,
     cells_of,
     fates,
 )
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Modelled
 
 MATCHED: Final = 32  # points of an attractor that are followed at the next value
-MAX_PERIOD: Final = 64
-HALF: Final = 0.5  # share of the work that the search for attractors counts as
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,11 +66,11 @@ class BasinFractions(Result):
 
     def share(self, number: int) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shares of an attractor (or of -1 undecided, -2 leaving) at all values; 0 without it."""
-        last = max((n for known in self.numbers for n in known), default=NOWHERE)
+        last = max((n for known in self.numbers for n in known), default=UNDECIDED)
         number = whole_number("number", number, LEFT, at_most=last, what="of an attractor")
         shares = np.zeros(len(self.values))
         for i, (known, basins) in enumerate(zip(self.numbers, self.basins, strict=True)):
-            if number in (LEFT, NOWHERE, *known):
+            if number in (LEFT, UNDECIDED, *known):
                 k = number if number < 0 else known.index(number)
                 shares[i] = basins.share(k).value
         return shares
@@ -86,7 +85,7 @@ class BasinFractions(Result):
         rows = []
         for value, known, basins in zip(self.values, self.numbers, self.basins, strict=True):
             rows += [(value, LEFT, "leaves", 0, *basins.share(LEFT))]
-            rows += [(value, NOWHERE, "undecided", 0, *basins.share(NOWHERE))]
+            rows += [(value, UNDECIDED, "undecided", 0, *basins.share(UNDECIDED))]
             for k, (number, one) in enumerate(zip(known, basins.attractors, strict=True)):
                 rows.append((value, number, one.kind, one.period, *basins.share(k)))
         names = (self.parameter, "attractor", "kind", "period", "share", "error")
@@ -167,10 +166,10 @@ def searched_along(
         x, widths = seeds(f, None, n_starts)
         handed = [points[-1:] for points in known.points.values()]
         x = np.concatenate([x, *(point for point in handed if f.contains(point).all())])
-        listed = search_attractors(f, x, widths, MAX_PERIOD, max_steps, None, here.part(0.0, HALF))
+        listed = search_attractors(f, x, widths, MAX_PERIOD, max_steps, None, here.part(0.0, 0.5))
         points = [attractor.points for attractor in listed]
         comes = partial(_places, f, cells_of(f, listed), max_steps)
-        yield f, listed, known.again(f, widths, points, comes), here.part(HALF, 1.0)
+        yield f, listed, known.again(f, widths, points, comes), here.part(0.5, 1.0)
 
 
 def _places(f: FamilyND, cells: Cells | None, max_steps: int, x: Floats) -> Labels:

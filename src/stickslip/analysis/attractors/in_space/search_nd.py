@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorListND, AttractorND
-from stickslip.analysis.attractors.lyapunov import LyapunovExponent
+from stickslip.analysis.attractors.lyapunov import SIGMAS, LyapunovExponent
 from stickslip.analysis.exponents.blocking import SETTLED, settled_period
 from stickslip.analysis.exponents.spectrum import exponent_along
 from stickslip.analysis.maps.arguments import space_points
@@ -41,7 +41,6 @@ RECURS: Final = 0.9  # share of an orbit's points close to earlier ones: it has 
 MEETS: Final = 0.5  # ... close to those of another orbit: both are on one set
 CLOSE: Final = 1e-3  # of the widths: an orbit that repeats so well may be on a cycle
 KEPT: Final = 4096  # points of an attractor
-SURE: Final = 5.0  # standard errors by which a positive exponent exceeds zero
 UNFOLLOWED, LEFT = -1, -2  # fates of starts, beside the number of a set
 NEUTRAL: Final = 20.0  # growth of a tangent, logarithm, over an orbit that does not stretch
 
@@ -205,7 +204,7 @@ class Search:
         volumes = float(np.linalg.slogdet(jacobians)[1].mean())  # growth of their logarithm
         if abs(volumes) * lyapunov.n <= 1.0 and not (neutral and self._fills(known)):
             return "undecided", "it keeps volumes: nothing attracts"
-        if value > SURE * error and value * lyapunov.n > NEUTRAL:
+        if value > SIGMAS * error and value * lyapunov.n > NEUTRAL:
             return "chaotic", ""
         if neutral:
             return "quasiperiodic", ""

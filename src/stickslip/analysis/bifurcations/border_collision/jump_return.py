@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import MAX_STEPS
+from stickslip.analysis.attractors.search import BLOCK
 from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
 
 if TYPE_CHECKING:
@@ -22,14 +24,12 @@ if TYPE_CHECKING:
 OneSided: TypeAlias = "Breakpoint | CriticalReading"
 Fate = Literal["returns", "settles", "leaves", "wanders"]
 
-MAX_STEPS: Final = 20_000
 CLOSE: Final = 1e-7  # of the domain's width: u is linear there, and above rounding
 LEAST: Final = 1e-150  # contraction that is divided out at most: more of it leaves no number
 AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
 LONGEST_CYCLE: Final = 1024  # recognised where the far image settles
 NONE: Final = (math.nan, math.nan)
 RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves when CLOSE
-FIRST_LOOK: Final = 256  # steps after which to look whether the far image has settled
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def far_image(
     if multiplier is None:
         multiplier = float(_images(f, border, side, period)[1][-1])
     width, edge = domain_width(f), border.interval[0 if side < 0 else 1]
-    n = max(FIRST_LOOK, 2 * period)
+    n = max(BLOCK, 2 * period)
     while True:
         x, slopes = _images(f, border, -side, n)
         u = -side * (x - edge)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from stickslip.analysis.attractors.attractors import attractors_of
+from stickslip.analysis.attractors.attractors import MAX_PERIOD, attractors_of
 from stickslip.analysis.attractors.bands import common
 from stickslip.analysis.bifurcations.accounting import Look
 from stickslip.analysis.branches.table import branch_table
@@ -30,7 +30,6 @@ KINDS: Final[tuple[CrisisKind, ...]] = get_args(CrisisKind)
 JUMP: Final = 1.2  # growth of the bands' total length at an interior crisis, at least
 SUSPECT: Final = 1.5  # growth from one value to the next that asks for a closer look
 MAX_STEPS: Final = 5376  # of orbits at a quick look: three growing blocks
-MAX_PERIOD: Final = 64  # of stable cycles there
 
 
 @dataclass(frozen=True)
