@@ -11,9 +11,9 @@ from stickslip.numerics.arrays import EPS, Floats
 
 Places = TypeVar("Places", float, Floats)
 
-MAX_STEPS: Final = 60
+MAX_STEPS: Final = 60  # even bisection alone is done by then ...
 WIDTH: Final = 4 * EPS  # of the place: a bracket so narrow is closed
-MAX_ROUNDS: Final = 80
+MAX_ROUNDS: Final = 80  # ... from wide brackets beside 0, too
 ASIDE: Final = 1e-2  # of the bracket: first guess of how far the chord's zero may be off
 BEYOND: Final = 64.0  # times as far: points that tell more than rounding
 SPREAD: Final = 0.25  # of the bracket: three points so far apart quarter it

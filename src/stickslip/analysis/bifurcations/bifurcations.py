@@ -30,7 +30,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
 from stickslip.analysis.bifurcations.explain import explained, with_attractors
-from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import BESIDE, bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_orbits
 from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
@@ -66,8 +66,6 @@ Looked: TypeAlias = "ParameterPoint | UnresolvedChange | None"
 Jobs: TypeAlias = "dict[float, Callable[[], Looked]]"  # by the value
 
 N_LISTS: Final = 24
-HALF: Final = 0.5  # share of the work that the survey is, roughly
-BESIDE: Final = 2e-3  # of the range: how far from an event attractors are looked at, at most
 NEARER: Final = 1 / 64  # of that, where theory foretells what is not seen there
 LAST_FLIP: Final = 5  # of a cascade: as far beyond its accumulation attractors are looked at
 
@@ -155,7 +153,7 @@ def bifurcations(
     f = line_family(found_map)
     lo, hi = checked_range(f, parameter, range)
     family = Family(f, parameter, window)
-    survey = Survey(family, lo, hi, max_period, work.part(0.0, HALF))
+    survey = Survey(family, lo, hi, max_period, work.part(0.0, 0.5))
     count = N_LISTS if n_lists is None else n_lists
     survey.run(whole_number("n_lists", count, 3, at_most=MOST_KEPT))
     return bifurcations_of(survey, work)
@@ -260,7 +258,7 @@ class _Report:
         family, whole = survey.family, (survey.lo, survey.hi)
         found = [item for k, shares in concerned.items() for item in self._events(k, shares)]
         curves = self.part(lambda: orbit_curves(survey, concerned), "the curves") or ()
-        tell = self.work.part(HALF, 0.65).tell
+        tell = self.work.part(0.5, 0.65).tell
         chains = self._search(
             lambda: cascades(found, curves, family, whole, survey.max_period, tell), "the cascades"
         )

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import values_and_slopes
 from stickslip.numerics.arrays import EPS, Columns
-from stickslip.numerics.zeros import slope_zeros
+from stickslip.numerics.zeros import MAX_STEPS, slope_zeros
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 LO: Final = -1  # number of the end of a lap that is the left end of the domain
 HI: Final = -2  # ... the right end
 
-MAX_NEWTON: Final = 60  # bracketed: even bisection alone is done by then
 SEED_STEPS: Final = 6  # Newton steps on the interpolant, free of evaluations
 SLOPE_MARGIN: Final = 1e-3  # the table's interpolants err by less than a tenth of it
 GUARD: Final = 1 / 64  # of the resolution: closer to a break the map is continued linearly
@@ -175,7 +174,7 @@ class _Inversion:
     def solve(self) -> Floats:
         x = self.seed()
         todo = np.flatnonzero(self.upper > self.lower)
-        for _ in range(MAX_NEWTON):
+        for _ in range(MAX_STEPS):
             if not todo.size:
                 break
             x[todo], done = self._step(todo, x[todo])

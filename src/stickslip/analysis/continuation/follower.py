@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 import numpy as np
 
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
+from stickslip.analysis.orbits.newton import MANY
 from stickslip.analysis.work import Work
 from stickslip.checks import finite_number, whole_number
 from stickslip.numerics.arrays import EPS
@@ -38,7 +39,6 @@ MAX_POINTS: Final = 2000  # to either side
 CLOSES: Final = 0.1  # of a step: this close to the curve the start is met again
 CLOSED_AFTER: Final = 4  # rows: the start is not met again before
 SAME_WAY: Final = 0.7  # cosine
-ROUNDINGS: Final = 64.0  # in a multiplier
 SHORT: Final = 1e-3  # scaled: a step that may bracket a point where Newton's method has no hold
 JUMP: Final = 0.1  # of a test function, at what seems its zero: there it jumps instead
 ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis
@@ -270,7 +270,7 @@ class Follower:
                         continue  # two real multipliers whose product is 1: nothing happens
                 error = self.solution_error(point)
                 if kind != "fold":
-                    noise = abs(test(point)) + ROUNDINGS * EPS * len(point.y)
+                    noise = abs(test(point)) + MANY * EPS * len(point.y)
                     error += noise * abs(
                         (new.parameter - here.parameter) / (test(new) - test(here))
                     )

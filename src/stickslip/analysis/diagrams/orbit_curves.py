@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import KINDS
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import MapND, domain_width, turned_near
 from stickslip.analysis.orbits.bundles import padded
@@ -35,7 +36,6 @@ TINY: Final = 1e-10  # of the domain's width: after a Newton step this small, po
 CLOSE: Final = 0.05  # of the domain's width: how far an orbit may be from the event that ends it
 MEETS: Final = ("fold", "transcritical", "pitchfork")  # where a curve turns, or crosses another
 ROOTS: Final = ("fold", "flip", "step limit")  # where points may move like a square root
-REASONS: Final = {"breakpoint": "border_collision", "gap": "enters_gap", "period halves": "flip"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,7 +234,7 @@ def _sampled(
 
 def _named(end: CurveEnd) -> CurveEnd:
     """Say by which bifurcation a curve ends."""
-    reason = REASONS.get(end.reason, end.reason)
+    reason = KINDS.get(end.reason, end.reason)
     if end.reason == "end of domain":
         reason = "outside" if end.border is None else "enters_gap"
     return replace(end, reason=reason)

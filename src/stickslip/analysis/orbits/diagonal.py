@@ -14,6 +14,7 @@ from stickslip.analysis.branches.mesh import slope_extremes
 from stickslip.analysis.maps.protocol import domain_size
 from stickslip.analysis.orbits.orbit import NearFold
 from stickslip.numerics.arrays import EPS, Columns
+from stickslip.numerics.zeros import MAX_STEPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,7 +31,6 @@ NARROW: Final = 3e-7  # of the scale: width of a fold's bottom that rounding lev
 ALONG: Final = 1e-6  # slopes this close to 1, with g = 0: f^p runs along the diagonal
 TRUSTED: Final = 0.25  # relative error of the predicted slope above which a cubic means nothing
 TILT: Final = 3.1  # largest slope of t^2 (1 - t)^2 over its value in the middle
-MAX_HALVINGS: Final = 60
 MAX_PARTS: Final = 100_000  # no more are halved at a time
 
 
@@ -131,7 +131,7 @@ class _Halving:
         parts = self.whole
         undecided = self._undecided(parts, *self._steepness(parts))
         parts = self._with_slopes(parts.take(undecided))
-        for _ in range(MAX_HALVINGS):
+        for _ in range(MAX_STEPS):
             if not 0 < len(parts) <= MAX_PARTS:
                 break
             parts = self._halve(parts)

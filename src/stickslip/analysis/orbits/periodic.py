@@ -29,6 +29,7 @@ from stickslip.analysis.orbits.orbit import (
 from stickslip.analysis.orbits.orbits_nd import N_STARTS, OrbitListND, search_orbits
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.waiting import waits
+from stickslip.numerics.zeros import MAX_ROUNDS
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there
-SHRINKINGS: Final = 80  # halvings of a bracket before Newton's method gets a last chance
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
 ROUNDING: Final = 4 * EPS  # of the scale: of one evaluation
 
@@ -287,7 +287,7 @@ class _Search:
         left, right = brackets.left.copy(), brackets.right.copy()
         lost = np.zeros(len(left), dtype=np.bool_)
         rises = brackets.off_right >= brackets.off_left
-        for _ in range(SHRINKINGS):
+        for _ in range(MAX_ROUNDS):
             x = 0.5 * (left[:, 0] + right[:, 0])
             orbit, _ = forward_orbits(self.laps, brackets.word, x, left, right)
             lost |= np.isnan(orbit).any(axis=1)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.orbit_paths import (
+    STEP,
     Path,
     follow_orbit,
     multiplier_noise,
@@ -32,6 +33,7 @@ from stickslip.analysis.branches.along.tracked import (
     TrackedDiscontinuity,
 )
 from stickslip.analysis.maps.protocol import MapFamily, domain_width, sample
+from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS
 from stickslip.numerics.arrays import EPS
 from stickslip.results.parts import part
 
@@ -39,11 +41,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-STEP: Final = 1e-7  # of the domain: differences are taken so far apart
 NEARBY: Final = 1e-3  # of the domain: no stationary point is looked for further away
 SETTLED: Final = 1e-15  # of the domain: a shorter step is rounding
-ROUNDINGS: Final = 4.0  # of each value and derivative
-MAX_NEWTON: Final = 20
 
 
 def stationary_in_parameter(

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost
+from stickslip.analysis.continuation.half_period import MAX_SECANT
+from stickslip.numerics.zeros import MAX_ROUNDS
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
 
 MapAt: TypeAlias = "Callable[[float], Map1D]"
 
-MAX_STEPS: Final = 80  # bisection alone takes 60
-MAX_SECANT: Final = 30
 STRIDES: Final = (1, 4, 16)  # steps to a far point: more of them if the condition is lost
 BELOW_NOISE: Final = 0.25  # of the noise: a smaller value is as good as zero
 ABOVE_NOISE: Final = 1e3  # times the noise: values fit for a slope
@@ -231,7 +231,7 @@ def _between(g: Readings, low: float, high: float) -> float:
     a, b = (low, high) if abs(g(low)) > abs(g(high)) else (high, low)
     # b is the best so far, a on the other side, c the one before b.
     c, wide = a, True
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_ROUNDS):
         if g.is_zero(b) or abs(b - a) <= 2 * np.spacing(abs(b)):
             break
         t = _proposal(g, a, b, c)

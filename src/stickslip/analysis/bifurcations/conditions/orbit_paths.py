@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
-from stickslip.analysis.orbits.newton import polish_on
+from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS, polish_on
 from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
@@ -21,13 +21,11 @@ if TYPE_CHECKING:
 
 Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 
-ROUNDINGS: Final = 4.0  # of a value of the map, for one that does not tell its accuracy
-STEP: Final = 1e-7  # of the domain: second derivatives are differences of slopes this far apart
+STEP: Final = 1e-7  # of the domain: derivatives are differences of values this far apart
 FINEST: Final = 1e-11  # of the domain: ... or at least this far, where that is needed
 SLOW: Final = 0.1  # reduction of the error by one step that tells of a good second derivative
 SHARP: Final = 1e-15  # of the domain: what a last step may still add to f^p(x) - x
 SETTLED: Final = 1e-7  # of the domain: what a step this short changes, Taylor's formula tells
-MAX_NEWTON: Final = 20
 FARTHEST: Final = 0.02  # of the domain: longest step of Newton's method
 DISTINCT: Final = 1e-9  # of the domain: points of an orbit this close together are one
 

@@ -48,12 +48,11 @@ if TYPE_CHECKING:
 
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience=100)
-START: Final = 1e-4  # of a parameter: how far off the start of a curve may be
+START: Final = 1e-4  # of a parameter: how far off the start of a curve, or a guess, may be
 SUDDEN: Final = 4.0  # times the last velocity of the orbit: a jump, or a step to be halved
 FLOOR: Final = 1e-4  # of the domain: smaller moves of the orbit are no jumps
 THIN: Final = 1e-4  # scaled: the approach to an end is not kept, only the end
 KIND: Final = "bifurcation: "  # before the kind of a bifurcation in that of its curve
-AT_STEP: Final = 1e-4  # of a parameter: least error of an interpolated guess
 MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
 
 
@@ -81,7 +80,7 @@ class BifurcationProblem(PlaneProblem):
         system, other = self.system, other_parameter(curve, name)
         (guess,) = self.guess(curve, row, share, name).tolist()
         widths = np.abs(np.diff(curve.parameters[other]))
-        step = max(float(widths.max(initial=0.0)), AT_STEP * abs(guess))
+        step = max(float(widths.max(initial=0.0)), START * abs(guess))
         try:
             found = solve_near(
                 self.conditions[row + round(share)],

@@ -10,13 +10,14 @@ from bisect import bisect
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Final, TypeAlias, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.scan.events import Suspect
+from stickslip.analysis.bifurcations.scan.nodes import ON_BREAK
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
     DomainEnd,
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-ZERO: Final = 1e-13  # of the domain: an image so close to its break has no sign
 
 # Class of the branch that ends there, which of its ends on that side, side of the break.
 Name: TypeAlias = tuple[int, int, int]
@@ -217,7 +217,7 @@ class _Search:
         while same < min(len(one), len(other)) and one[same] == other[same]:
             same += 1
         lo, hi = self.family.f.domain
-        zero, found = ZERO * (hi - lo), list[Suspect]()
+        zero, found = ON_BREAK * (hi - lo), list[Suspect]()
         for k in range(min(same + 1, len(a.off), len(b.off))):
             if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
                 nearest = min(a, b, key=lambda one: abs(one.off[k]))

@@ -28,7 +28,7 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width
-from stickslip.analysis.orbits.newton import turned
+from stickslip.analysis.orbits.newton import MANY, turned
 from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.maps.protocol import Floats, MapFamily
 
-CLOSED: Final = 64.0  # roundings: f^p(x) - x so small is zero
 TOUCHES: Final = 1e-4  # of the values allowed: how far a crossing is from where a fold seems to be
 SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
 ROUNDING: Final = 4.0  # ulp: a value this close to an event is the event's
@@ -153,7 +152,7 @@ def _crossing_at(
 def _meets(found: Located) -> bool:
     """Tell whether the point of a crossing is periodic: f^p(x) - x is stationary there."""
     path = found.reading.path
-    return abs(path[-1] - path[0]) <= CLOSED * EPS * max(1.0, *map(abs, path))
+    return abs(path[-1] - path[0]) <= MANY * EPS * max(1.0, *map(abs, path))
 
 
 def _repeats(points: Floats, slack: float) -> bool:
@@ -207,7 +206,7 @@ def orbit_at(event: Event, near: Floats, family: Family) -> Floats | None:
 def flips_on(piece: Piece) -> list[Suspect]:
     """Suspect a flip wherever the multiplier passes -1 along an orbit."""
     test = piece.multipliers + 1
-    test[np.abs(test) <= CLOSED * EPS] = 0.0  # as where the range ends at the flip
+    test[np.abs(test) <= MANY * EPS] = 0.0  # as where the range ends at the flip
     found = []
     for k in np.flatnonzero(test[:-1] * test[1:] <= 0):
         if test[k] == 0 and k > 0:

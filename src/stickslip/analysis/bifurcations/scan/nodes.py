@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 
-ON_CORNER: Final = 1e-13  # of the domain: a point so close to a corner is on it
+ON_BREAK: Final = 1e-13  # of the domain: a point, or an image, so close to a break is on it
 PROBES: Final = 64  # points of each interval whose branches are not told apart
 MARGIN: Final = 0.1  # of what these are mapped to: by more the rest does not exceed it
 REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same values again
@@ -159,7 +159,7 @@ class Node:
         corners = np.array([item.d for item in self.table.breakpoints if item.kind == "corner"])
         with np.errstate(invalid="ignore"):
             apart = np.abs(self.bundle.points[..., None] - corners)
-            return (apart <= ON_CORNER * self.width).any(axis=-1)
+            return (apart <= ON_BREAK * self.width).any(axis=-1)
 
     def find(self, points: Floats, tolerance: float) -> int | None:
         """Place in the list of the orbit with these points, smallest first; None if absent."""

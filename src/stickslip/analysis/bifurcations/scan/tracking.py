@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
 FIRST: Final = 0.25  # of the way: the first step
-LARGEST: Final = 1.0
 LEAST: Final = 1e-2  # of the domain's width: points are taken to move so much
 MAX_STEPS: Final = 400
 BEYOND: Final = (1e-6, 1e-5, 1e-4, 1e-3)  # scaled ways past an end: who leaves his branch there
@@ -244,7 +243,7 @@ class _SpanFollower(LineOrbitFollower):
 
     def __init__(self, family: Family, start: float, goal: float, moves: float) -> None:
         low, high = sorted((start, goal))
-        super().__init__(family.at(start), family.name, low, high, LARGEST, MAX_STEPS)
+        super().__init__(family.at(start), family.name, low, high, 1.0, MAX_STEPS)
         self.control = replace(self.control, first=FIRST)
         self.moves = moves
 
