@@ -15,6 +15,7 @@ from stickslip.analysis.attractors.attractor import AttractorND
 from stickslip.analysis.bifurcations.bifurcation import place
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, multipliers_text
 from stickslip.files import plain
+from stickslip.results.table import listed
 from stickslip.studies.claim import digits, table, with_error
 
 if TYPE_CHECKING:
@@ -279,8 +280,7 @@ def _orbit(orbit: PeriodicOrbit | PeriodicOrbitND) -> str:
 
 def _listed(points: Floats, places: int) -> str:
     """Write an orbit's points, the first few if there are many: the JSON document has all."""
-    shown = [place(point, places) for point in points[:POINTS_SHOWN]]
-    return ", ".join([*shown, "..."] if len(points) > POINTS_SHOWN else shown)
+    return listed((place(point, places) for point in points), POINTS_SHOWN)
 
 
 def _attractors(attractors: Sequence[Attractor | AttractorND]) -> str:
@@ -293,10 +293,9 @@ def _attractor(attractor: Attractor | AttractorND) -> str:
         return f"periodic, period {attractor.period}, {exponent}"
     if isinstance(attractor, AttractorND):
         return f"{attractor.kind}, at {_listed(attractor.points, 8)}, {exponent}"
-    bands = ", ".join(f"[{a:.8g}, {b:.8g}]" for a, b in attractor.bands[:BANDS_SHOWN])
-    more = ", ..." if len(attractor.bands) > BANDS_SHOWN else ""
+    bands = listed((f"[{a:.8g}, {b:.8g}]" for a, b in attractor.bands), BANDS_SHOWN)
     count = f"{len(attractor.bands)} band{'' if len(attractor.bands) == 1 else 's'}"
-    return f"{attractor.kind}, {count} {bands}{more}, {exponent}"
+    return f"{attractor.kind}, {count} {bands}, {exponent}"
 
 
 def _outcome(outcome: Outcome | None) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -112,6 +113,12 @@ class Table(Mapping[str, Column]):
 def more(n: int, shown: int = SHOWN) -> list[str]:
     """Say, in a line of its own, how many there are beyond those shown; nothing if none."""
     return [f"  ... {n - shown} more"] if n > shown else []
+
+
+def listed(texts: Iterable[str], shown: int) -> str:
+    """Join the first of some texts; dots stand for the others."""
+    first = [*islice(texts, shown + 1)]
+    return ", ".join(first if len(first) <= shown else [*first[:shown], "..."])
 
 
 def numbered(name: str, values: NDArray[Any]) -> dict[str, Column]:

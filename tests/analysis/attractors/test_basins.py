@@ -14,9 +14,10 @@ from stickslip.analysis.attractors.basin_pieces import (
     first_pieces,
     refined,
 )
-from stickslip.analysis.attractors.basins import SLIVER, basins
+from stickslip.analysis.attractors.basins import basins
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.protocol import SAME
 
 EXACT = 1e-12
 
@@ -330,7 +331,7 @@ def test_preimages_of_a_sliver_are_slivers():
             np.zeros_like(number),
         )
         for _ in range(3):
-            pieces = refined(f, table, pieces, SLIVER)
+            pieces = refined(f, table, pieces, SAME)
         assert np.diff(pieces.edges)[pieces.index == LEFT].max() < 1e-13
 
 

@@ -20,7 +20,7 @@ from stickslip.analysis.attractors.recurrence import (
     same_cycle,
 )
 from stickslip.analysis.exponents.blocking import LONGEST_CYCLE
-from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample, values_and_slopes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -203,7 +203,7 @@ class _Look:
             if rounds:
                 before = tails[:, [-1 - j * p for j in range(rounds, -1, -1)]]
                 distance = np.abs(before - cycle[nearest][:, None])
-                closer = np.diff(distance, axis=1) <= 1e-12 * self.width
+                closer = np.diff(distance, axis=1) <= SAME * self.width
                 return np.asarray((distance[:, -1] <= NEAR * self.width) & closer.all(axis=1))
             back = np.arange(n // 2)
             beside = cycle[(nearest[:, None] - back) % p]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
+from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-SAME: Final = 1e-12  # of the domain's width: intervals closer than this touch, edges agree
-APART: Final = 1e-9  # ...: closer bands are one, images meet an edge: a stand-in knows no better
+APART: Final = 1e-9  # of the domain's width: closer bands are one; a stand-in knows no better
 ALONE: Final = 256  # images of an interval before they are joined
 STAYS: Final = 64  # maps of the whole before another interval is tried
 MAX_STEPS: Final = 2000  # from then on

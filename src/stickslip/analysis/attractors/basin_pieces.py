@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from stickslip.analysis.attractors.bands import SAME, image, inside, merged
+from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED
 from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
 from stickslip.analysis.branches.pieces import runs
-from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
+from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:

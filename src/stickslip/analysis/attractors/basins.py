@@ -26,7 +26,7 @@ from stickslip.analysis.attractors.search import BLOCK
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
-from stickslip.analysis.maps.protocol import MapND, advance, checked_points, domain_width
+from stickslip.analysis.maps.protocol import SAME, MapND, advance, checked_points, domain_width
 from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,
@@ -48,13 +48,11 @@ if TYPE_CHECKING:
 
     Integers = NDArray[np.int64]
 
-SLIVER: Final = 1e-12  # of the domain's width: undecided pieces are refined down to this
 WIDEST_EDGE: Final = 1e-10  # of the domain's width: a thinner undecided piece is an edge
 RESOLUTION: Final = 1e-5  # of the domain's width: ... or this, if there are too many pieces
 MANY: Final = 4096  # undecided pieces from which on basins count as interwoven
 MAX_CUT: Final = 1 << 15  # undecided pieces of all rounds together: the rest is sampled
 WORTH: Final = 0.1  # of what is open: a round on many pieces that decides less is the last
-N_SAMPLES: Final = 4096
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -207,7 +205,7 @@ def basins(
     found: AttractorList | AttractorListND | None = None,
     *,
     resolution: float = RESOLUTION,
-    n_samples: int = N_SAMPLES,
+    n_samples: int = 4096,
     rng: np.random.Generator | int | None = None,
     grid: Sequence[Any] | None = None,
     max_steps: int = MAX_STEPS,
@@ -291,14 +289,14 @@ def basins(
     known = attractors(f, **search) if found is None else checked_found(f, found)
     pieces = first_pieces(f, table, branches.unknown, known)
     causes = first_causes(f, table, pieces.edges)
-    pieces, rounds, cut, floor = pieces.joined(), 0, 0, SLIVER
+    pieces, rounds, cut, floor = pieces.joined(), 0, 0, SAME
     counts = np.zeros(len(known) + 2, dtype=np.int64)
     with rest.until_interrupted():
         if found is None and known.unfollowed:  # because of the same interrupt
             raise KeyboardInterrupt
         while cut < MAX_CUT:
             rest.tell(0.5 * cut / MAX_CUT)
-            floor = SLIVER if pieces.count_undecided() <= MANY else resolution
+            floor = SAME if pieces.count_undecided() <= MANY else resolution
             finer = refined(f, table, pieces, floor * domain_width(f))
             if finer is None or finer.same_as(pieces):
                 break

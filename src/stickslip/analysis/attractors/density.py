@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
-CELLS: Final = 2000
 MOST_CELLS: Final = 10**7
 PIECES: Final = 8  # of a cell, on which the map is taken as linear
 IMAGES: Final = 24  # images of lap ends that become cell edges
@@ -101,7 +100,7 @@ class InvariantDensity(Result):
 @waits
 @suggests
 def invariant_density(
-    f: Map1D | Modelled[Map1D], attractor: Attractor, *, cells: int = CELLS
+    f: Map1D | Modelled[Map1D], attractor: Attractor, *, cells: int = 2000
 ) -> InvariantDensity:
     """Compute the invariant density of a chaotic attractor.
 

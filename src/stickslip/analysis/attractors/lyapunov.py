@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.exponents.blocking import SETTLED, blocking_error, settled_period
+from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.exponents.spectrum import checked_steps_of_mean, largest_exponents
-from stickslip.analysis.interpolation.interpolated import stand_in
+from stickslip.analysis.interpolation.interpolated import PROBES, stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of
 from stickslip.analysis.maps.derived import plain
 from stickslip.analysis.maps.protocol import (
+    SAME,
     MapND,
     advance,
     checked_points,
@@ -39,9 +40,8 @@ LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may ho
 WARM_UP: Final = 512  # perturbed steps that lead away from such a cycle
 SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
 MANY: Final = 50_000  # steps from which on an interpolation of the map pays
-COMPARED: Final = 64  # points of a motion at which a stand-in and the map are compared
 ENSEMBLE: Final = 32  # orbits from which a chaotic motion is sampled together
-SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, at first and ...
+SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, and searched for cycles: at first ...
 MAX_SAMPLES: Final = 1 << 20  # ... at most
 GROWTH: Final = 4  # factor from one sample to the next, until the exponent's sign is clear
 CLEAR: Final = 10  # error bars by which it is then away from zero
@@ -165,7 +165,7 @@ def _mean_of_logs(f: Map1D, fast: Map1D, values: Floats, slopes: Floats) -> tupl
         logs = np.log(np.abs(slopes))
     if np.any(logs == -np.inf):
         return -np.inf, 0.0
-    if period := settled_period(values, SETTLED * domain_width(f)):
+    if period := settled_period(values, SAME * domain_width(f)):
         cycle = polish_on(f, values[None, -period:])
         if cycle.converged[0]:
             return float(np.log(np.abs(cycle.slopes[0])).mean()), 0.0
@@ -178,12 +178,12 @@ def difference(f: Map1D, values: Floats, slopes: Floats) -> tuple[float, float]:
     """Compare orbits (m, n) of a stand-in with the map at some points: values, and exponents."""
     rng = np.random.default_rng(0)
     rows, columns = slopes.shape
-    row = rng.integers(0, rows, COMPARED)
-    column = rng.integers(0, columns - 1, COMPARED)
+    row = rng.integers(0, rows, PROBES)
+    column = rng.integers(0, columns - 1, PROBES)
     true = sample(f, values[row, column])
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.log(np.abs(true.derivative / slopes[row, column]))
-    doubt = abs(float(np.mean(change))) + float(np.std(change)) / np.sqrt(COMPARED)
+    doubt = abs(float(np.mean(change))) + float(np.std(change)) / np.sqrt(PROBES)
     return float(np.max(np.abs(true.value - values[row, column + 1]))), doubt
 
 
@@ -256,7 +256,7 @@ class ChaoticMotion:
     """Independent orbits that start all over a trapping region, long enough to forget that."""
 
     def __init__(self, f: Map1D, bands: Floats) -> None:
-        steps, x = SAMPLES // ENSEMBLE, _spread_over(bands, ENSEMBLE)
+        steps, x = SAMPLES // ENSEMBLE, _spread_over(bands)
         x = advance(f, x, steps)[:, -1]
         while True:
             self.values, self.slopes = trace(f, x, steps)
@@ -270,11 +270,12 @@ class ChaoticMotion:
                 break
 
 
-def _spread_over(bands: Floats, n: int) -> Floats:
-    """One random point in each of n equal parts of a union of intervals."""
+def _spread_over(bands: Floats) -> Floats:
+    """One random point in each of equal parts of a union of intervals."""
     lengths = bands[:, 1] - bands[:, 0]
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
-    at = starts[-1] * (np.arange(n) + np.random.default_rng(0).random(n)) / n
+    places = np.arange(ENSEMBLE) + np.random.default_rng(0).random(ENSEMBLE)
+    at = starts[-1] * places / ENSEMBLE
     k = np.clip(np.searchsorted(starts, at, side="right") - 1, 0, len(bands) - 1)
     return np.asarray(np.minimum(bands[k, 0] + at - starts[k], bands[k, 1]))
 

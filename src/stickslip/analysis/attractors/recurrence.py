@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.attractors.bands import merged
+from stickslip.analysis.attractors.lyapunov import SAMPLES
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.exponents.blocking import REPEATS
-from stickslip.analysis.maps.protocol import advance, domain_width, sample
+from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample
 from stickslip.analysis.orbits.bundles import padded
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
@@ -35,7 +36,6 @@ HIDDEN: Final = 0.05  # of the domain's width: likewise where a passage only com
 MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
 SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
-SEARCHED: Final = 1 << 15  # points of orbits that are searched for hidden cycles
 TRIES: Final = 3  # passages tried for each period of these
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * EPS
@@ -192,7 +192,7 @@ def _radius_of_approach(
     """Halve a distance from ``cycle.points[0]`` until points at shares of it come closer, or 0."""
     low, high = f.domain
     centre, radius, width = cycle.points[0], largest * (high - low), high - low
-    smallest, together = 1e-12 * width, 1
+    smallest, together = SAME * width, 1
     while radius > smallest:
         radii = radius * 0.5 ** np.arange(together)
         trial = np.clip(centre + radii[:, None] * shares, low, high)
@@ -240,7 +240,7 @@ def hidden_cycles(
 ) -> list[Cycle]:
     """Search the contracting passages of seemingly chaotic orbits (m, n) for stable cycles."""
     # Bands visited in turn allow ``multiples_of`` their number only.
-    last = max(SEARCHED // len(values), REPEATS)
+    last = max(SAMPLES // len(values), REPEATS)
     values, slopes = values[:, -last:], slopes[:, -last:]
     with np.errstate(divide="ignore"):
         climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)

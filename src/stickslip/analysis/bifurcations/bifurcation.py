@@ -24,7 +24,7 @@ from stickslip.analysis.bifurcations.outcome import disagreement
 from stickslip.checks import one_of
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
-from stickslip.results.table import SHOWN, more
+from stickslip.results.table import SHOWN, listed, more
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -158,18 +158,19 @@ class Bifurcation(Result):
 
     def __repr__(self) -> str:
         """Where, what, which orbits and attractors, and why: a few short lines."""
-        points = ", ".join(place(x, 12) for x in self.points[:LISTED])
-        if len(self.points) > LISTED:
-            points += ", ..."
+        points = listed((place(x, 12) for x in self.points), LISTED)
+        critical = f"{self.criticality}critical " if self.criticality else ""
         lines = [
-            f"Bifurcation({self._name()} of period {self.period} at "
+            f"Bifurcation({critical}{self.kind.replace('_', ' ')} of period {self.period} at "
             f"{self.parameter} = {self.value:.15g} ± {self.error:.1g}: {points})"
         ]
         lines.append(f"  orbits:     {_kinds(self.orbits_before)}  ->  {_kinds(self.orbits_after)}")
         if self.attractors_before or self.attractors_after:
             before, after = self.attractors_before, self.attractors_after
             seen = f"{_kinds(before)}  ->  {_kinds(after)}"
-            lines.append(f"  attractors: {seen}{self._looked()}")
+            below, above = self.looks
+            looked = "" if math.isnan(below + above) else f"  (at {below:.9g} and {above:.9g})"
+            lines.append(f"  attractors: {seen}{looked}")
         if self.outcome is not None:
             lines.append(f"  outcome:    {_outcome(self.outcome)}")
         if self.predicted_outcome is not None:
@@ -178,14 +179,6 @@ class Bifurcation(Result):
             lines.append(f"  they differ in {self.disagreement}")
         lines += [f"  {text}" for text in (self.mechanism, self.note) if text]
         return "\n".join(lines)
-
-    def _looked(self) -> str:
-        below, above = self.looks
-        return "" if math.isnan(below + above) else f"  (at {below:.9g} and {above:.9g})"
-
-    def _name(self) -> str:
-        name = self.kind.replace("_", " ")
-        return f"{self.criticality}critical {name}" if self.criticality else name
 
     def row(self) -> dict[str, Any]:
         """Return the facts that fit into a line of a table, as plain values by name."""
@@ -482,9 +475,7 @@ def _line(item: Bifurcation) -> str:
     attractors = _short(item.attractors_before) + " -> " + _short(item.attractors_after)
     if not item.attractors_before and not item.attractors_after:
         attractors = ""
-    points = ", ".join(place(x, 9) for x in item.points[:POINTS_SHOWN])
-    if len(item.points) > POINTS_SHOWN:
-        points += ", ..."
+    points = listed((place(x, 9) for x in item.points), POINTS_SHOWN)
     return (
         f"  {item.value:<19.15g} {item.error:<8.1g} {kind:17s} {item.period:6d}  {orbits:8s} "
         f"{attractors:11s} {points}"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 import numpy as np
 
 from stickslip.analysis.bifurcations.accounting import (
+    BESIDE,
     Look,
     accounted,
     too_close,
@@ -30,7 +31,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
 from stickslip.analysis.bifurcations.explain import explained, with_attractors
-from stickslip.analysis.bifurcations.in_space.bifurcations_nd import BESIDE, bifurcations_nd
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_orbits
 from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
@@ -287,7 +288,10 @@ class _Report:
         new = dict(zip(map(id, items), full, strict=True))
         found = sorted([*full, *crises_found], key=lambda item: item.value)
         if hasattr(self.f, "explain_break"):
-            found = [self._with_mechanism(item) for item in found]
+            found = [
+                self.part(partial(explain_border, item, self.f), "a mechanism", item.value) or item
+                for item in found
+            ]
         left_open = [*self.unresolved, *unaccounted]
         if survey.crowded:  # the same can be left open at each of hundreds of breaks
             left_open = joined_where_they_touch(left_open)
@@ -341,10 +345,6 @@ class _Report:
                 double = partial(with_double, item, family)
                 item = self.part(double, "a doubled orbit", item.value) or item
             yield item
-
-    def _with_mechanism(self, item: Bifurcation) -> Bifurcation:
-        """Explain a border collision or a crisis by the motions at its border."""
-        return self.part(partial(explain_border, item, self.f), "a mechanism", item.value) or item
 
     def _with_attractors(
         self, items: list[Bifurcation], chains: list[Cascade]

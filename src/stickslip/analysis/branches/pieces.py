@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Limits
+from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.maps.protocol import domain_size
 from stickslip.numerics.arrays import EPS, Columns
 
@@ -20,11 +21,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.laps import Indices, Laps
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.maps.protocol import Floats
 
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
 MOST_LAPS: Final = 2048  # of a map, for which a table is made of what leads where
-NEAR: Final = 1e-9  # of the domain's size: laps and images so close are taken to meet
 SAME: Final = 8 * EPS  # of the domain's size: positions that coincide
 ASIDE: Final = 64  # ulp of the domain's size: sides of a break that was pulled back
 
@@ -134,7 +135,8 @@ class _Returns:
 
     def _met(self, low: Floats, high: Floats) -> tuple[Indices, Indices]:
         """First lap that each interval meets, and the one after the last."""
-        slack = NEAR * domain_size(self.laps.f)
+        # So close laps and images are taken to meet.
+        slack = RESOLUTION * domain_size(self.laps.f)
         first = np.searchsorted(self.laps.right, low - slack, side="left")
         stop = np.searchsorted(self.laps.left, high + slack, side="right")
         return first, np.maximum(first, stop)

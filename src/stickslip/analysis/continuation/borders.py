@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.along.change_search import SLIVER
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
     DomainEnd,
@@ -16,10 +15,11 @@ from stickslip.analysis.branches.along.tracked import (
     piece_end,
     piece_end_near,
 )
+from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.continuation.half_period import NOISE, ROUNDING
 from stickslip.analysis.maps.derived import WindowMap
-from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.maps.protocol import SAME, domain_width, sample
 from stickslip.numerics.zeros import MAX_STEPS
 from stickslip.status import OK
 
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
 
-OVERTAKES: Final = 32.0  # times the orbit's step: how far a break may come from
-TINY: Final = 1e-12
+OVERTAKES: Final = 32.0  # times the orbit's step, the last that failed: how far a break may be
 NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for
 FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
 SHRINKS: Final = 0.9  # at a tangency, too, each step is half or two thirds of the one before
@@ -88,7 +87,7 @@ def encounters(
             continue
         # Or the break has overtaken the orbit.
         f = equations.at(value)
-        reach = OVERTAKES * abs(gone_to - x) + TINY * domain_width(f)
+        reach = OVERTAKES * abs(gone_to - x) + SAME * domain_width(f)
         for side in (-1, 1):
             found = _between(f, piece, x, float(np.clip(x - side * reach, *f.domain)), index)
             if found is not None:
@@ -115,7 +114,7 @@ def _between(
 def _settled(end: TrackedDiscontinuity, side: int, f: Map1D) -> TrackedDiscontinuity:
     """Tell a break by the next branch worth the name; within rounding of a tie labels flicker."""
     own, next_one = (end.left_label, end.right_label)[::-side]
-    values = sample(f, float(np.clip(end.x - side * SLIVER * domain_width(f), *f.domain)))
+    values = sample(f, float(np.clip(end.x - side * RESOLUTION * domain_width(f), *f.domain)))
     label = int(values.label) if values.status == OK else None
     for beyond in dict.fromkeys((label, next_one)):
         if beyond == own:  # a sliver inside the branch: of no break could these labels tell

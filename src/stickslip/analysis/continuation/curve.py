@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.checks import finite_number
 from stickslip.results.parts import part
 from stickslip.results.result import Result
-from stickslip.results.table import numbered
+from stickslip.results.table import listed, numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -401,9 +401,8 @@ class Curve(Result):
             if self.multipliers.size:
                 leading = np.atleast_1d(self.multipliers[row])[0]
                 text += f"  {leading:14.8g}" if np.isreal(leading) else f"  {leading:.6g}"
-            points = self.points[row].ravel()
-            shown = ", ".join(f"{x:.10g}" for x in points[:POINTS_SHOWN])
-            lines.append(f"{text}  {shown}{', ...' if points.size > POINTS_SHOWN else ''}")
+            points = (f"{x:.10g}" for x in self.points[row].ravel())
+            lines.append(f"{text}  {listed(points, POINTS_SHOWN)}")
         return "\n".join(lines)
 
     def _columns(self) -> dict[str, Any]:

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
-from stickslip.analysis.continuation.borders import encounters, meet, unlabelled_encounters
+from stickslip.analysis.continuation.borders import (
+    OVERTAKES,
+    encounters,
+    meet,
+    unlabelled_encounters,
+)
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
     MAX_POINTS,
@@ -19,7 +24,7 @@ from stickslip.analysis.continuation.follower import (
 )
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
-from stickslip.analysis.maps.protocol import MapND, apart, domain_width, sample, turned_near
+from stickslip.analysis.maps.protocol import SAME, MapND, apart, domain_width, sample, turned_near
 from stickslip.analysis.orbits.newton import (
     ROUNDINGS,
     error_bound,
@@ -52,12 +57,10 @@ if TYPE_CHECKING:
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
 BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
 AHEAD: Final = 0.5  # cosine: the end of a curve lies in the direction of travel
-REACHES: Final = 32.0  # times the last step that failed
 TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
 ON_BORDER: Final = 1e-10  # of the domain
 NEARBY: Final = 1e-3  # scaled: where the end at a break without a label may be
 ORBIT_OF_MAP: Final = 1e-6  # of the domain: the orbit given must be so close to one of the map
-SAME: Final = 1e-12  # of the points: orbits that coincide
 # A border is approached by halving steps that cross it, down to little more than the error of a
 # point; then a little further on the way the cause is seen.
 SMALLEST: Final = 2e-12
@@ -221,7 +224,7 @@ class LineOrbitFollower(OrbitFollower):
             return self.end(last, "step limit")
         for met in encounters(self.equations, points, value, stop.cause):
             if met.harmless is None:
-                end = self._end_at(last, met, REACHES * last.step, half)
+                end = self._end_at(last, met, OVERTAKES * last.step, half)
                 if end is not None:
                     return end
             if met.harmless is not None:  # some are only there where the orbit meets them

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
 INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
 LONGEST_CYCLE: Final = 512  # settled orbits up to this period are averaged over whole periods
-SETTLED: Final = 1e-12  # of the domain's width: values of a settled orbit recur this closely
-REPEATS: Final = 10  # ... over so many periods
+REPEATS: Final = 10  # periods over which values of a settled orbit recur
 
 
 def settled_period(values: Floats, tolerance: float) -> int:

@@ -47,7 +47,7 @@ MAX_CELLS: Final = 20_000
 NARROW: Final = 0.25  # resolutions: cells narrower than this are left as they are
 SAMPLES: Final = 16  # of an interval whose branches are too narrow for the table
 APART: Final = 0.02  # of the way to the next sample: a step would make all orbits that meet one one
-PROBES: Final = 64  # random points at which the finished map is compared with the true one
+PROBES: Final = 64  # random points at which a stand-in and the true map are compared
 GUIDE: Final = 4  # guide points per cell
 BETTER: Final = 0.25  # a polynomial in a square root must err by less than this share
 

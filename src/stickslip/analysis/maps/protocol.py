@@ -34,6 +34,7 @@ M = TypeVar("M", covariant=True)
 UNDEFINED: Final = -1  # the map's function returned NaN there: a gap
 OUTSIDE: Final = -2  # the argument is NaN or outside the domain: an orbit that has left
 
+SAME: Final = 1e-12  # of a domain's width: positions so close agree, but for rounding
 DOMAIN_SLACK_ULP: Final = 4  # an argument this far outside the domain counts as its end
 
 

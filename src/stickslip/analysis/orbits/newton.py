@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MAX_NEWTON: Final = 20
 STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking
 SHRINKING: Final = 0.25  # ... by this factor
-SAME: Final = 1e-9  # of the points' size: those of one orbit that coincide
+SAME: Final = 1e-9  # of the size of points or domain: points of one orbit that coincide
 STEEPEST: Final = 1e7  # slope beyond which rounding of a point is no excuse for a residual
 MANY: Final = 64.0  # roundings that may add up in a value of the map, or a multiplier
 ROUNDINGS: Final = 4.0  # of one evaluation of a map, in its error bound

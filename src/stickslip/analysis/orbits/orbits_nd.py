@@ -13,7 +13,7 @@ from stickslip.analysis.orbits.newton import monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
-from stickslip.results.table import more
+from stickslip.results.table import listed, more
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,11 +97,8 @@ class PeriodicOrbitND(AnyOrbit):
 def multipliers_text(multipliers: NDArray[np.complex128], shown: int = MULTIPLIERS_SHOWN) -> str:
     """Write multipliers in decreasing modulus, a complex pair once."""
     kept = [value for value in multipliers if value.imag >= 0.0]
-    texts = [
-        f"{value.real:.8g}" + (f" ± {value.imag:.8g}i" if value.imag else "")
-        for value in kept[:shown]
-    ]
-    return ", ".join(texts) + (", ..." if len(kept) > shown else "")
+    texts = (f"{v.real:.8g}" + (f" ± {v.imag:.8g}i" if v.imag else "") for v in kept)
+    return listed(texts, shown)
 
 
 def multipliers_of(jacobians: Floats) -> NDArray[np.complex128]:

@@ -13,10 +13,10 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorListND, AttractorND
 from stickslip.analysis.attractors.lyapunov import SIGMAS, LyapunovExponent
-from stickslip.analysis.exponents.blocking import SETTLED, settled_period
+from stickslip.analysis.exponents.blocking import settled_period
 from stickslip.analysis.exponents.spectrum import exponent_along
 from stickslip.analysis.maps.arguments import space_points
-from stickslip.analysis.maps.protocol import apart, orbits, reduced, sample, turns
+from stickslip.analysis.maps.protocol import SAME, apart, orbits, reduced, sample, turns
 from stickslip.analysis.orbits.newton import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import (
     PeriodicOrbitND,
@@ -98,7 +98,7 @@ class Search:
         distances = made.tree.query(self._scaled(early[1::2]))[0]
         size = np.ptp(made.tree.data, axis=0).max()
         far = REACH * float(np.quantile(distances, 0.95))
-        made.reach = max(far, RESOLUTION * float(size), SETTLED)  # of a point all are nothing
+        made.reach = max(far, RESOLUTION * float(size), SAME)  # of a point all are nothing
         made.recurrence = self.near(made, path[half:])
         made.tree = self._tree(path)
         return made
@@ -198,7 +198,7 @@ class Search:
         if known.recurrence < RECURS:
             return "undecided", f"has not settled within {self.max_steps} steps"
         neutral = abs(value) * lyapunov.n <= NEUTRAL
-        if neutral and (period := settled_period(self._scaled(known.points), SETTLED)):
+        if neutral and (period := settled_period(self._scaled(known.points), SAME)):
             steps = "step" if period == 1 else f"{period} steps"
             return "undecided", f"repeats every {steps}, and so do motions beside it"
         volumes = float(np.linalg.slogdet(jacobians)[1].mean())  # growth of their logarithm

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.analysis.attractors.attractors import MAX_STEPS
-from stickslip.analysis.attractors.search import BLOCK
-from stickslip.analysis.maps.protocol import advance, domain_width, values_and_slopes
+from stickslip.analysis.attractors.search import BLOCK, LAST_PERIODS
+from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -27,9 +27,7 @@ Fate = Literal["returns", "settles", "leaves", "wanders"]
 CLOSE: Final = 1e-7  # of the domain's width: u is linear there, and above rounding
 LEAST: Final = 1e-150  # contraction that is divided out at most: more of it leaves no number
 AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
-LONGEST_CYCLE: Final = 1024  # recognised where the far image settles
 NONE: Final = (math.nan, math.nan)
-RECURS: Final = 1e-12  # of the domain's width: less than a slow approach moves when CLOSE
 
 
 @dataclass(frozen=True)
@@ -117,13 +115,13 @@ def _first_beside(u: Floats, a: float, period: int, close: float) -> int | None:
 
 def _recurrence(orbit: Floats, width: float) -> int:
     """Return the smallest period with which an orbit's last points recur, 0 if there is none."""
-    last = orbit[-2 * LONGEST_CYCLE :]
+    last = orbit[-2 * LAST_PERIODS :]
 
     def off(m: int) -> float:
         return float(np.abs(last[m:] - last[:-m])[-m:].max())
 
     for m in range(1, len(last) // 2 + 1):
-        if off(m) <= RECURS * width:
+        if off(m) <= SAME * width:  # less than a slow approach moves when CLOSE
             # On a slow approach from both sides, twice the period recurs more closely.
             return next(q for q in range(1, m + 1) if m % q == 0 and off(q) <= CLOSE * width)
     return 0

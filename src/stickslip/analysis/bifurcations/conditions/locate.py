@@ -24,7 +24,7 @@ BELOW_NOISE: Final = 0.25  # of the noise: a smaller value is as good as zero
 ABOVE_NOISE: Final = 1e3  # times the noise: values fit for a slope
 WIDEST: Final = 64.0  # times the step: how far from its guess a secant may go
 SPAN: Final = 1e-4  # of a bracket, or of a step: where a slope is taken if no value is fit
-NEARBY: Final = 64.0  # ulp: values closer to a zero than that are not fit for a slope
+NEARBY: Final = 64.0  # ulp: values closer to a zero than that tell no slope, or may be it
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
-from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS, polish_on
+from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS, SAME, polish_on
 from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
@@ -21,13 +21,11 @@ if TYPE_CHECKING:
 
 Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 
-STEP: Final = 1e-7  # of the domain: derivatives are differences of values this far apart
+STEP: Final = 1e-7  # of the domain: derivatives are differences over it, Taylor's formula holds
 FINEST: Final = 1e-11  # of the domain: ... or at least this far, where that is needed
 SLOW: Final = 0.1  # reduction of the error by one step that tells of a good second derivative
 SHARP: Final = 1e-15  # of the domain: what a last step may still add to f^p(x) - x
-SETTLED: Final = 1e-7  # of the domain: what a step this short changes, Taylor's formula tells
 FARTHEST: Final = 0.02  # of the domain: longest step of Newton's method
-DISTINCT: Final = 1e-9  # of the domain: points of an orbit this close together are one
 
 
 @dataclass(frozen=True)
@@ -131,7 +129,7 @@ def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Path:
     if not found.converged[0]:
         raise ConditionLost(f"the orbit of period {len(points)} at {points[0]:.12g} is gone")
     x = found.points[0]
-    if len(x) > 1 and np.min(np.abs(x[1:] - x[0])) <= DISTINCT * scale:
+    if len(x) > 1 and np.min(np.abs(x[1:] - x[0])) <= SAME * scale:
         raise ConditionLost(f"the orbit of period {len(points)} has become one of a shorter period")
     slopes, labels = tuple(found.slopes[0].tolist()), tuple(found.labels[0].tolist())
     return Path((*x.tolist(), float(x[0])), slopes, labels, True, float(found.error.max()))
@@ -156,7 +154,7 @@ def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
         if not abs(step) < FARTHEST * scale:
             break
         # Where f^p bends sharply even a small step matters to the value.
-        if abs(step) <= SETTLED * scale and abs((1.0 - slope) * step) <= SHARP * scale:
+        if abs(step) <= STEP * scale and abs((1.0 - slope) * step) <= SHARP * scale:
             value = path.points[-1] - path.points[0] - 0.5 * (1.0 - slope) * step
             # The start of the path moves a little, and its images with it.
             shifts = step * np.cumprod([1.0, *path.slopes])

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.accounting import Look, may_be_asked, of_cascade
+from stickslip.analysis.bifurcations.accounting import BESIDE, Look, may_be_asked, of_cascade
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import (
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
 
 
-BESIDE: Final = 2e-3  # of a grid interval: how far from an event its two sides are looked at
 NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way
 NEARER: Final = 0.2  # of the distance at which a meeting was refuted, to look at it again
 FINEST: Final = 1e-3  # of a grid interval: parts of it are halved down to this width

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.bands import APART
 from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.branches.along.tracked import (
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
-SLACK: Final = 1e-9  # of the domain's width: an orbit this close to another is the same
 HALVINGS: Final = 12
 FOLLOWED: Final = 2048  # steps of an orbit that tell where it goes
 STEPS_OUT: Final = 32  # from an edge to the other end of its gap
@@ -99,7 +99,7 @@ class Meeting:
 def borders_beside(table: BranchTable, edges: Iterable[Edge]) -> Iterator[Meeting]:
     """Find the nearest break beside each edge beyond which orbits go elsewhere, or have left."""
     breaks = [item for item in table.breakpoints if item.kind in ("jump", "edge")]
-    slack = SLACK * domain_width(table.f)
+    slack = APART * domain_width(table.f)
     for edge in edges:
         lo, hi = edge.gap
         beside = [item for item in breaks if lo - slack <= item.d <= hi + slack]
@@ -115,7 +115,7 @@ def meetings(
     fast: InterpolatedMap, edges: Iterable[Edge], periods: tuple[int, ...]
 ) -> Iterator[Meeting]:
     """Find the closest unstable orbits beside each edge, their point there first."""
-    same = SLACK * domain_width(fast)
+    same = APART * domain_width(fast)
     places = [place for edge in edges for place in _places(fast, edge, periods, same)]
     found: dict[float, list[float]] = {}
     for place in sorted(places, key=lambda place: place.distance):

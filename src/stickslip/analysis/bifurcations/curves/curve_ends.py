@@ -125,7 +125,7 @@ def _extrapolated(
         before = [moved(equations, last, length) for length in LOOK_BACK]
         nodes = before
         if lengths is not LOOK_BACK:
-            ways = [_lagrange(LOOK_BACK, before, length) for length in lengths]
+            ways = [_lagrange(before, length) for length in lengths]
             nodes = [replace(last, y=y, note=equations(y)[2]) for y in ways]
         gaps = [distance(node) for node in nodes]
     except LeavesRegion:
@@ -136,9 +136,9 @@ def _extrapolated(
     way = float(np.dot(lagrange_weights(gaps, 0.0), lengths))
     if abs(way) > BELIEVED:
         return None
-    return replace(last, y=_lagrange(LOOK_BACK, before, way))
+    return replace(last, y=_lagrange(before, way))
 
 
-def _lagrange(lengths: tuple[float, ...], nodes: list[CurvePoint], length: float) -> Floats:
-    """Continue the curve through points at known lengths."""
-    return np.dot(lagrange_weights(lengths, length), [node.y for node in nodes])
+def _lagrange(nodes: list[CurvePoint], length: float) -> Floats:
+    """Continue the curve through points before its end."""
+    return np.dot(lagrange_weights(LOOK_BACK, length), [node.y for node in nodes])

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
 
-DIFFERENCE: Final = 1e-5  # of a parameter's scale: first derivatives of a test function
+DIFFERENCE: Final = 1e-5  # of a scale: derivatives of test functions, and second ones of maps
 FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
 REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes
 MOST_DOUBTS: Final = 3  # such changes in a row, after which the gradient is taken anew
@@ -34,12 +34,10 @@ UNBELIEVABLE: Final = 1.0  # relative change of a gradient from one reading to t
 SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
 FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
 LARGEST: Final = 10.0  # of either: its largest scale
-MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point
+MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point; short ways move it less
 CLOSER: Final = (1e-2, -1e-2, 1e-4, -1e-4)  # of that, where a break is in the way
-BEND: Final = 1e-5  # of the domain: second derivatives of the map are taken over
 CLOSE: Final = 1e-9  # scaled: how far an end is closed in on
 ASIDE: Final = 1e-2  # of such a step: how far the curve may be from its tangent
-NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way
 
 
 @dataclass(frozen=True)
@@ -184,7 +182,7 @@ class FoldEquations:
         """Return both equations, their Jacobian and the reading."""
         x, q, s = map(float, y)
         f = self.plane.map_at(q, s)
-        path, slope, curvature = bend(f, self.period, x, BEND * domain_width(f))
+        path, slope, curvature = bend(f, self.period, x, DIFFERENCE * domain_width(f))
         value = path.points[-1] - x
         steps = FOLD_DIFFERENCE * self.scale
         columns = [self._moved(y, k, steps[k], path, slope) for k in (1, 2)]
@@ -243,7 +241,7 @@ def moved(equations: Equations, last: CurvePoint, length: float) -> CurvePoint:
     q, s = (last.y + length * equations.scale * last.tangent)[-2:].tolist()
     # Orthogonal to the curve in the scaled plane.
     normal = np.array([along_s * scale_q, -along_q * scale_s]) / math.hypot(along_q, along_s)
-    near = NEAR * domain_width(plane.system)
+    near = MOVES * domain_width(plane.system)
     first = last.note.condition.at(plane.map_at(q, s))
     if not _same(last.note, first, near):
         raise ConditionLost("another orbit")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 import numpy as np
 
 from stickslip.analysis.attractors.attractors import attractors
-from stickslip.analysis.bifurcations.accounting import Look, accounted
+from stickslip.analysis.bifurcations.accounting import BESIDE, Look, accounted
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
     BifurcationList,
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 N_LISTS: Final = 12
 N_STARTS: Final = 64
-BESIDE: Final = 2e-3  # of the range: how far from an event both sides are looked at, at most
 SHARE: Final = 0.3  # ... and of the way to the next event
 CLOUD: Final = 48  # guesses about an orbit, ...
 NEAREST: Final = 1e-5  # ... from this share of the domain to ...

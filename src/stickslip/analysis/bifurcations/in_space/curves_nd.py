@@ -21,7 +21,12 @@ from stickslip.analysis.bifurcations.curves.curves import (
     checked_plane,
 )
 from stickslip.analysis.bifurcations.curves.curves import other_parameter as other_of
-from stickslip.analysis.bifurcations.curves.plane_equations import MOVES, Plane, scale_between
+from stickslip.analysis.bifurcations.curves.plane_equations import (
+    DIFFERENCE,
+    MOVES,
+    Plane,
+    scale_between,
+)
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import Passed, first_point
 from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
@@ -43,8 +48,6 @@ if TYPE_CHECKING:
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
-DIFFERENCE: Final = 1e-5  # of a size: second derivatives are central differences over it
-NEAR: Final = 1e-3  # of the domain: how far off the start of a curve may be
 ANGLES: Final = {"fold": 0.0, "flip": np.pi}
 BORDERS: Final = ("border_collision", "enters_gap")
 NEAREST: Final = 1e-6  # of the domain: labels are compared so far to both sides of a border
@@ -335,7 +338,7 @@ class CriticalFollower(PlaneFollower):
         scale = np.array([*reach, *np.ones(len(turn)), steep, width])
         self.equations.widths = steep, width
         self.curve = self.line(self.equations, scale)
-        return first_point(self.curve, y, wrong, NEAR * float((domain / reach).max()))
+        return first_point(self.curve, y, wrong, MOVES * float((domain / reach).max()))
 
     def points(self, point: CurvePoint) -> Floats:
         """Return the points of the orbit."""

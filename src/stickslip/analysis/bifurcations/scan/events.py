@@ -16,7 +16,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
     Fold,
     Meeting,
 )
-from stickslip.analysis.bifurcations.conditions.locate import found_near, solve
+from stickslip.analysis.bifurcations.conditions.locate import NEARBY, found_near, solve
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
 from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
@@ -44,12 +44,10 @@ if TYPE_CHECKING:
 TOUCHES: Final = 1e-4  # of the values allowed: how far a crossing is from where a fold seems to be
 SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
 ROUNDING: Final = 4.0  # ulp: a value this close to an event is the event's
-SAME_PLACE: Final = 1e-5  # of the domain: points of one event found in two ways
+SAME_PLACE: Final = 1e-5  # of the domain: points of an event found in two ways, or at a border
 REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
 CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
 NEAR_END: Final = 1e-3  # of an orbit's way: how far its end may be from the event there
-SMALLEST_REACH: Final = 64.0  # ulp, likewise
-WINDOW: Final = 1e-5  # of the domain: where the border that stops an orbit is looked for
 
 EventKind: TypeAlias = Literal[
     "fold", "flip", "transcritical", "pitchfork", "border_collision", "enters_gap"
@@ -222,7 +220,7 @@ def suspects_at_end(way: Way, family: Family) -> Iterator[Suspect]:
     """Suspect what may have ended an orbit's way, the likeliest first."""
     end, reach = way.end, NEAR_END * abs(way.end.value - way.values[0])
     points, value, f = end.points, end.value, family.whole(end.value)
-    reach = max(reach, float(SMALLEST_REACH * np.spacing(abs(value))))
+    reach = max(reach, float(NEARBY * np.spacing(abs(value))))
     if end.reason == "crossing":  # between two orbits of the way
         reach = max(reach, abs(value - float(way.values[-1])))
     if end.reason == "end of domain":
@@ -276,7 +274,7 @@ def _meeting(f: MapFamily, points: Floats, place: int, label: int | None) -> Mee
 
 def _nearest_border(f: MapFamily, x: float) -> Breakpoint | None:
     """Return the break that matters nearest to a point, from the table of a small window."""
-    half = WINDOW * domain_width(f)
+    half = SAME_PLACE * domain_width(f)
     window = WindowMap(f, (x - half, x + half))
     breaks = [item for item in branch_table(window).breakpoints if item.kind != "smooth"]
     return min(breaks, key=lambda item: abs(item.d - x), default=None)

@@ -16,7 +16,7 @@ from stickslip.analysis.branches.along.tracked import break_between
 from stickslip.analysis.branches.discontinuities import LONG_GAPS
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.interpolation.interpolated import PROBES, interpolated_map
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
 from stickslip.analysis.orbits.bundles import OrbitBundle
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 
 ON_BREAK: Final = 1e-13  # of the domain: a point, or an image, so close to a break is on it
-PROBES: Final = 64  # points of each interval whose branches are not told apart
 MARGIN: Final = 0.1  # of what these are mapped to: by more the rest does not exceed it
 REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same values again
 

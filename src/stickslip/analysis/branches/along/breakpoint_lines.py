@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.analysis.branches.discontinuities import Brackets
 from stickslip.analysis.branches.mesh import Nodes
-from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.maps.protocol import SAME, domain_width, sample
 from stickslip.numerics.continuation import lagrange_weights
 from stickslip.results.parts import part
 
@@ -27,15 +27,13 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-LOCATED: Final = 1e-12  # of the domain's width: how far a breakpoint is narrowed down
-FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
+FIRST: Final = 1e-6  # of the domain's width: half of the first bracket; so well lines meet anchors
 SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are
 FAN: Final = np.outer(0.125 ** np.arange(3), [-1.0, 1.0]).ravel()  # of the bracket: looked at
 WIDENING: Final = 16.0
 WIDEST: Final = 0.05  # of the domain's width: a breakpoint further off is lost
 PLACES: Final = 4  # that a prediction goes through
 REMAINS: Final = 0.5  # of the difference between the sides, from one value to the next
-MET: Final = 1e-6  # of the domain's width: how well a line must meet an anchor
 
 
 @part
@@ -73,7 +71,7 @@ def follow_breakpoints(
         reached, end = _march(maps, values, inside, here, there)
         for line, column in zip(owners, reached.T, strict=True):
             _enter(lines[line][1], inside, column)
-        reach = MET * domain_width(after[1].f)
+        reach = FIRST * domain_width(after[1].f)
         old = _matched(here, end, there, reach)
         fresh = there.take([k for k, row in enumerate(old) if row is None])
         new = _new_lines(lines, fresh, len(values))
@@ -218,12 +216,12 @@ def _located(
     brackets = Brackets(probe, low, high, is_left)
     for nodes in inner:
         brackets.take_in(np.flatnonzero(good), nodes.take(good))
-    brackets.close(lambda: good & (brackets.right.x - brackets.left.x > LOCATED * width))
+    brackets.close(lambda: good & (brackets.right.x - brackets.left.x > SAME * width))
     difference = np.abs(_signal(kind, brackets.right) - _signal(kind, brackets.left))
     good &= difference >= REMAINS * contrast  # else it was slope, not a break
     middle = 0.5 * (brackets.left.x + brackets.right.x)
     # A break belongs to the line that foretold it best: another has ended, as where d wraps.
     off = np.where(good, np.abs(middle - x), np.inf)
-    shared = np.abs(middle[:, None] - middle) <= LOCATED * width
+    shared = np.abs(middle[:, None] - middle) <= SAME * width
     good &= ~(shared & (off < off[:, None])).any(axis=1)
     return np.where(good, middle, np.nan), np.where(good, difference, contrast)

@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import are_apart
-from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
+from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.maps.protocol import SAME, domain_width, is_ok, sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from stickslip.analysis.maps.protocol import Map1D
 
-SLIVER: Final = 1e-9  # of the domain: a branch this narrow between two others is none
 NARROWEST: Final = 1e-7  # of the domain: half width of the first fan of points, or bracket
-BLURRED: Final = 1e-12  # of the domain: closer to a change labels may be those of either side
 FAN: Final = 8.0  # ratio of distances in a fan
 SECTIONS: Final = 5  # points per round where no forecast is at hand: two and a half halvings
 TRUSTED: Final = 0.5  # of the bracket: the two sides' forecasts must agree better
@@ -76,8 +75,8 @@ class Probe:
         reach = 0.0
         for s in self.seen if inward > 0 else reversed(self.seen):
             distance = inward * (s.x - x)
-            # Labels flicker beside a tie of events.
-            if distance < BLURRED * domain_width(self.f):
+            # Labels flicker beside a tie of events: they may be those of either side.
+            if distance < SAME * domain_width(self.f):
                 continue
             if s.branch != branch:
                 break
@@ -89,14 +88,14 @@ def find_change(
     probe: Probe, left: Branch, right: Branch, x: float, reach: float
 ) -> tuple[Seen, Seen] | None:
     """Find the last point of one branch and the first of another near x; None if there are none."""
-    # Adjacent floats, unless branches narrower than ``SLIVER`` lie between; also beyond ``reach``.
+    # Adjacent floats, but for branches narrower than the resolution; also beyond ``reach``.
     found = _change(probe, left, right, x, reach)
     return found if found and _are_wide(probe, *found) else None
 
 
 def _are_wide(probe: Probe, *ends: Seen) -> bool:
     """Tell branches from what rounding makes of a tie of events: a few floats of a third label."""
-    blur = BLURRED * domain_width(probe.f)
+    blur = SAME * domain_width(probe.f)
     sides = tuple(zip(ends, (-1, 1), probe.f.domain, strict=True))
 
     def reach_in() -> bool:
@@ -120,7 +119,7 @@ def _change(
     last, first = close_in(probe, lambda branch: branch == left, pair)
     if first.branch == right:
         return last, first
-    sliver = SLIVER * domain_width(probe.f)
+    sliver = RESOLUTION * domain_width(probe.f)
     probe.look(last.x + sliver * FAN**-k for k in range(4))
     i = bisect_left(probe.seen, last.x, key=lambda s: s.x)
     while i + 1 < len(probe.seen) and probe.seen[i + 1].x <= last.x + sliver:
