@@ -83,22 +83,18 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
     """Join all orbits of a survey to curves, once; ``concerned`` goes by the span's number."""
     with survey.joining:
         if survey.curves is None:
-            chains = orbit_chains(survey, concerned)
+            ends = [span.right for span in survey.spans[-1:]]
+            web = _Web([*(span.left for span in survey.spans), *ends])
+            for number, span in enumerate(survey.spans):
+                _link_pieces(web, number, span)
+                for event, share in zip(span.events, concerned.get(number, ()), strict=True):
+                    _link_event(web, number, event, share)
+            chains = _chains(web)
             chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
             curves = [columns_of(rows) for _, rows, _ in chains]
             parts = zip(chains, curves, _seen_on(survey, curves), strict=True)
             survey.curves = tuple(_joined(survey, *part) for part in parts)
         return survey.curves
-
-
-def orbit_chains(survey: Survey, concerned: dict[int, list[Concerned]]) -> list[Chain]:
-    """Link all orbits of a survey, through folds and crossings, from end to end."""
-    web = _Web([*(span.left for span in survey.spans), *(s.right for s in survey.spans[-1:])])
-    for number, span in enumerate(survey.spans):
-        _link_pieces(web, number, span)
-        for event, share in zip(span.events, concerned.get(number, ()), strict=True):
-            _link_event(web, number, event, share)
-    return _chains(web)
 
 
 def _link_pieces(web: _Web, number: int, span: Span) -> None:

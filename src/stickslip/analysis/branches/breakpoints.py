@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.along.tracked import NearDiscontinuity
-    from stickslip.analysis.branches.discontinuities import Discontinuities
     from stickslip.analysis.branches.mesh import Mesh, Nodes
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
@@ -51,8 +50,11 @@ class Limits(Columns):
 
 def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
     """Extrapolate value and slope to ends of branches, ``inward`` +1 for a branch right of it."""
-    if not ends.ok.all():
-        return _beside_gaps(mesh, ends, inward, room)
+    if not (ok := ends.ok).all():  # in gaps nothing is evaluated
+        limits = Limits(*np.full((2, len(ends)), np.nan))
+        known = limits_inside(mesh, ends.take(ok), inward[ok], room[ok])
+        limits.value[ok], limits.slope[ok] = known.value, known.slope
+        return limits
     # Where less is resolved limits are no less sharp.
     h = np.minimum(min(mesh.resolution, RESOLUTION), ROOM * room)
     finest = 64 * np.spacing(np.abs(ends.x))
@@ -96,15 +98,6 @@ def _limits_from(mesh: Prober, ends: Nodes, inward: Floats, h: Floats) -> tuple[
     value = np.where(exact | np.isnan(value), ends.value, value)
     slope = np.where(as_good | np.isnan(slope), ends.slope, slope)
     return Limits(value, slope), off
-
-
-def _beside_gaps(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
-    """Take limits where there are any; in gaps nothing is evaluated."""
-    ok = ends.ok
-    known = limits_inside(mesh, ends.take(ok), inward[ok], room[ok])
-    value, slope = np.full(len(ends), np.nan), np.full(len(ends), np.nan)
-    value[ok], slope[ok] = known.value, known.slope
-    return Limits(value, slope)
 
 
 def _diverges(mesh: Prober, slopes: Floats) -> NDArray[np.bool_]:
@@ -193,15 +186,6 @@ class Breakpoint(Result):
 
     def _columns(self) -> dict[str, Any]:
         return {name: [getattr(self, name)] for name in BREAKPOINT_COLUMNS}
-
-
-def limits_at_discontinuities(mesh: Mesh, cuts: Discontinuities) -> tuple[Limits, Limits]:
-    """Return the limits at both ends of every segment between cuts, shapes (n_cuts + 1,)."""
-    starts, ends = cuts.starts, cuts.ends
-    n, room = len(starts), ends.x - starts.x
-    inward = np.repeat([1.0, -1.0], n)
-    found = limits_inside(mesh, starts.joined(ends), inward, np.tile(room, 2))
-    return found.take(slice(0, n)), found.take(slice(n, None))
 
 
 def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Kind]:

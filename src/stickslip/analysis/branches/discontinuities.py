@@ -17,8 +17,6 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.mesh import Bools, Indices
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
@@ -328,16 +326,11 @@ class _Search:
         cells = cells[~np.isin(nodes.x[cells], self.left.x)]
         left, right = nodes.take(cells), nodes.take(cells + 1)
         # Of many changes within the resolution, only a few are taken apart.
-        crowded = self._cuts_near(left.x, right.x) >= CROWD
+        step, known = self.mesh.resolution, np.sort(self.left.x)
+        count = np.searchsorted(known, right.x + step) - np.searchsorted(known, left.x - step)
+        crowded = (right.x - left.x <= step) & (count >= CROWD)
         self._keep(left.take(crowded), right.take(crowded))
         return left.take(~crowded), right.take(~crowded)
-
-    def _cuts_near(self, lower: Floats, upper: Floats) -> NDArray[np.intp]:
-        """Count known cuts within the resolution of brackets that are narrower than it."""
-        step = self.mesh.resolution
-        known = np.sort(self.left.x)
-        count = np.searchsorted(known, upper + step) - np.searchsorted(known, lower - step)
-        return np.where(upper - lower <= step, count, 0)
 
     def _keep(self, left: Nodes, right: Nodes) -> None:
         self.left, self.right = self.left.joined(left), self.right.joined(right)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, cast
 
 import numpy as np
 
-from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_at_discontinuities
+from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_inside
 from stickslip.analysis.branches.discontinuities import (
     ACCUMULATE,
     Unresolved,
@@ -255,10 +255,11 @@ def _hints(f: Map1D, table: BranchTable, exponent: int) -> tuple[Hints, list[Unr
 
 def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Breakpoint], Segments]:
     """Take limits at all cuts and drop those that are none: same label, smooth across."""
-    at_first, at_last = limits_at_discontinuities(mesh, cuts)
     first, last = cuts.starts, cuts.ends
-    at_first = hints.sharpened(first.x, at_first, at_starts=True)
-    at_last = hints.sharpened(last.x, at_last, at_starts=False)
+    n, inward = len(first), np.repeat([1.0, -1.0], len(first))
+    limits = limits_inside(mesh, first.joined(last), inward, np.tile(last.x - first.x, 2))
+    at_first = hints.sharpened(first.x, limits.take(slice(0, n)), at_starts=True)
+    at_last = hints.sharpened(last.x, limits.take(slice(n, None)), at_starts=False)
     width = cuts.right.x - cuts.left.x
     kinds = np.array(
         kind_of(mesh, at_last.take(slice(0, -1)), at_first.take(slice(1, None)), width)

@@ -66,20 +66,14 @@ def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[Ne
     touch = TOUCH * domain_size(pieces.laps.f)
     ends, unknown = (pieces.left.orbit, pieces.right.orbit), np.full(len(pieces), np.nan)
     whole = Brackets(np.arange(len(pieces)), pieces.word, *ends, unknown, unknown)
-    candidates = whole.take(_may_cross(whole, pieces.direction, touch))
+    # A rising piece overlaps its image, a falling one changes sides of the diagonal.
+    changes = (whole.off_left >= -touch) & (whole.off_right <= touch)
+    overlaps = (ends[0][:, -1] <= ends[1][:, 0] + touch) & (ends[1][:, -1] >= ends[0][:, 0] - touch)
+    candidates = whole.take(np.where(pieces.direction > 0, overlaps, changes))
     candidates = candidates.take(_one_per_class(candidates))
     rising = pieces.direction[candidates.piece] > 0
     found, near_folds = _Halving(pieces.laps, candidates.take(rising), near).run()
     return candidates.take(~rising).joined(found), near_folds
-
-
-def _may_cross(whole: Brackets, direction: Indices, touch: float) -> Bools:
-    """Tell which pieces change sides of the diagonal, or, rising, overlap their image."""
-    changes = (whole.off_left >= -touch) & (whole.off_right <= touch)
-    overlaps = (whole.left[:, -1] <= whole.right[:, 0] + touch) & (
-        whole.right[:, -1] >= whole.left[:, 0] - touch
-    )
-    return np.where(direction > 0, overlaps, changes)
 
 
 def _one_per_class(candidates: Brackets) -> Indices:

@@ -181,19 +181,13 @@ def error_bound(slopes: Floats, off: Floats) -> Floats:
     with np.errstate(invalid="ignore"):  # not beside an infinite slope, or at a fold
         singular = np.abs(slopes.prod(axis=1) - 1) <= EPS
     usable = np.isfinite(slopes).all(axis=1) & ~singular
-    bound[usable] = inverse_bound(slopes[usable], off[usable])
-    return bound
-
-
-def inverse_bound(slopes: Floats, off: Floats) -> Floats:
-    """Bound the solutions of s_i y_i - y_(i+1) = b_i over all abs(b_i) <= off_i; shapes (n, p)."""
-    n, p = slopes.shape
-    sizes = np.abs(np.hstack([slopes, slopes]))
-    offs = np.hstack([off, off])
-    total = np.zeros((n, p))
+    # The largest solutions of s_i y_i - y_(i+1) = b_i over all abs(b_i) <= off_i.
+    s, b, p = slopes[usable], off[usable], slopes.shape[1]
+    sizes, offs, total = np.abs(np.hstack([s, s])), np.hstack([b, b]), np.zeros(s.shape)
     for j in range(p):
         total = sizes[:, j : j + p] * total + offs[:, j : j + p]
-    return total / np.abs(slopes.prod(axis=1) - 1)[:, None]
+    bound[usable] = total / np.abs(s.prod(axis=1) - 1)[:, None]
+    return bound
 
 
 # ------------------------------------------------------------------ in R^n

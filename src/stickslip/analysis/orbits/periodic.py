@@ -352,37 +352,26 @@ class _Search:
         )
 
     def add_jump_orbits(self, pieces: Pieces) -> None:
-        """Add all infinitely unstable orbits of one period."""
-        orbits, unresolved = orbits_through_jumps(pieces, self.table)
-        self.orbits += orbits
-        self.unresolved += unresolved
-
-
-def orbits_through_jumps(
-    pieces: Pieces, table: BranchTable
-) -> tuple[list[PeriodicOrbit], list[Unresolved]]:
-    """Find the infinitely unstable orbits of one period; unresolved where on an end of a jump."""
-    slack = BORDER * domain_size(table.f)
-    crossings: list[tuple[Breakpoint, Floats, Indices]] = []
-    unresolved: list[Unresolved] = []
-    for number, jump in enumerate(table.breakpoints):
-        if jump.kind != "jump":
-            continue
-        low, high = sorted((jump.left, jump.right))
-        for path, word in _ways_to(pieces, number, slack):
-            if min(abs(path[0] - low), abs(path[0] - high)) <= slack:
-                reason = "an orbit is on an end of the jump"
-                unresolved.append(Unresolved(reason, jump.d, jump.d, len(path)))
-            elif low < path[0] < high:
-                crossings.append((jump, path, word))
-    # All points in the map's order, the jump first, evaluated together.
-    points = np.array([np.roll(path, 1) for _, path, _ in crossings])
-    values = sample(table.f, points.reshape(len(crossings), pieces.power)[:, 1:])
-    orbits = [
-        _orbit(table, jump, path, word, values.value[k], values.derivative[k])
-        for k, (jump, path, word) in enumerate(crossings)
-    ]
-    return orbits, unresolved
+        """Add all infinitely unstable orbits of one period, but for those on an end of a jump."""
+        table, slack = self.table, BORDER * self.scale
+        crossings: list[tuple[Breakpoint, Floats, Indices]] = []
+        for number, jump in enumerate(table.breakpoints):
+            if jump.kind != "jump":
+                continue
+            low, high = sorted((jump.left, jump.right))
+            for path, word in _ways_to(pieces, number, slack):
+                if min(abs(path[0] - low), abs(path[0] - high)) <= slack:
+                    reason = "an orbit is on an end of the jump"
+                    self.unresolved.append(Unresolved(reason, jump.d, jump.d, len(path)))
+                elif low < path[0] < high:
+                    crossings.append((jump, path, word))
+        # All points in the map's order, the jump first, evaluated together.
+        points = np.array([np.roll(path, 1) for _, path, _ in crossings])
+        values = sample(table.f, points.reshape(len(crossings), pieces.power)[:, 1:])
+        self.orbits += [
+            _orbit(table, *crossing, values.value[k], values.derivative[k])
+            for k, crossing in enumerate(crossings)
+        ]
 
 
 def _ways_to(pieces: Pieces, number: int, slack: float) -> list[tuple[Floats, Indices]]:

@@ -202,17 +202,15 @@ class Search:
             steps = "step" if period == 1 else f"{period} steps"
             return "undecided", f"repeats every {steps}, and so do motions beside it"
         volumes = float(np.linalg.slogdet(jacobians)[1].mean())  # growth of their logarithm
-        if abs(volumes) * lyapunov.n <= 1.0 and not (neutral and self._fills(known)):
+        keeps = abs(volumes) * lyapunov.n <= 1.0
+        # Unless a set is the whole space, as on a circle that turns irrationally.
+        if keeps and not (neutral and self.near(known, self.f.spread(KEPT)) >= RECURS):
             return "undecided", "it keeps volumes: nothing attracts"
         if value > SIGMAS * error and value * lyapunov.n > NEUTRAL:
             return "chaotic", ""
         if neutral:
             return "quasiperiodic", ""
         return "undecided", "the exponent's sign is not clear, and no cycle was found"
-
-    def _fills(self, known: _Set) -> bool:
-        """Tell whether a set is the whole space, as on a circle that turns irrationally."""
-        return self.near(known, self.f.spread(KEPT)) >= RECURS
 
 
 def search_attractors(

@@ -116,12 +116,9 @@ class Readings:
         except ConditionLost:
             return False
         # Another break that takes the place of this one there, or the next time, tells no slope.
-        return not self._of_one_break(r, t) or self._too_steep(r, t, s)
-
-    def _of_one_break(self, r: float, t: float) -> bool:
-        """Tell whether two readings are of the same break, if of any."""
-        one, other = (self.known[at].critical for at in (r, t))
-        return one is None or other is None or one.labels == other.labels
+        one, other = self.known[r].critical, zero.critical
+        same = one is None or other is None or one.labels == other.labels
+        return not same or self._too_steep(r, t, s)
 
     def _too_steep(self, r: float, t: float, s: float) -> bool:
         """Tell whether the slope from a zero t to r cannot explain the value at s beyond it."""

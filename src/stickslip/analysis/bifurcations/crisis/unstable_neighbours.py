@@ -137,36 +137,32 @@ def on_border(
     fast: InterpolatedMap, attractor: Attractor, edges: Sequence[Edge]
 ) -> Iterator[Meeting]:
     """Find the orbits, of any period, on the border of an attractor's basin beside its edges."""
-    # Some at a time: mostly the first few are all that is asked for.
-    for start in range(0, len(edges), AT_ONCE):
-        yield from _beyond(fast, attractor, edges[start : start + AT_ONCE])
 
-
-def _beyond(
-    fast: InterpolatedMap, attractor: Attractor, edges: Sequence[Edge]
-) -> Iterator[Meeting]:
     def stays(x: Floats) -> NDArray[np.bool_]:
         return np.asarray(attractor.contains(late(fast, x)).all(axis=-1))
 
-    near = np.array([edge.x for edge in edges])
-    ends = np.array([edge.gap for edge in edges]).reshape(-1, 2)
-    far = np.where(near == ends[:, 0], ends[:, 1], ends[:, 0])
+    same = ON_BORDER * domain_width(fast)
     share = np.concatenate([[0.0], np.geomspace(NEAREST, 1.0, STEPS_OUT)])
-    x = near[:, None] + (far - near)[:, None] * share
-    leaves = ~stays(x[:, 1:])
-    k = np.flatnonzero(leaves.any(axis=1))
-    first = leaves[k].argmax(axis=1)
-    inside, outside = halved(stays, x[k, first], x[k, first + 1], np.finfo(np.float64).nmant)
-    width = domain_width(fast)
-    paths = fast.iterate(np.stack([inside, outside], axis=-1), FOLLOWED)
-    for place, (one, other) in zip(k.tolist(), paths, strict=True):
-        parted = ~(np.abs(one - other) <= ON_BORDER * width)
-        path = one[: int(np.append(parted, True).argmax())]
-        back = np.flatnonzero(np.abs(path[1:] - path[:1]) <= ON_BORDER * width)
-        cycle = confirmed(fast, path[: back[0] + 1]) if back.size else None
-        if cycle is not None and not cycle.stable:
-            points: list[float] = cycle.points.tolist()
-            yield Meeting(edges[place], points[0], tuple(points))
+    # Some at a time: mostly the first few are all that is asked for.
+    for start in range(0, len(edges), AT_ONCE):
+        some = edges[start : start + AT_ONCE]
+        near = np.array([edge.x for edge in some])
+        ends = np.array([edge.gap for edge in some])
+        far = np.where(near == ends[:, 0], ends[:, 1], ends[:, 0])
+        x = near[:, None] + (far - near)[:, None] * share
+        leaves = ~stays(x[:, 1:])
+        k = np.flatnonzero(leaves.any(axis=1))
+        first = leaves[k].argmax(axis=1)
+        inside, outside = halved(stays, x[k, first], x[k, first + 1], np.finfo(np.float64).nmant)
+        paths = fast.iterate(np.stack([inside, outside], axis=-1), FOLLOWED)
+        for place, (one, other) in zip(k.tolist(), paths, strict=True):
+            parted = ~(np.abs(one - other) <= same)
+            path = one[: int(np.append(parted, True).argmax())]
+            back = np.flatnonzero(np.abs(path[1:] - path[:1]) <= same)
+            cycle = confirmed(fast, path[: back[0] + 1]) if back.size else None
+            if cycle is not None and not cycle.stable:
+                points: list[float] = cycle.points.tolist()
+                yield Meeting(some[place], points[0], tuple(points))
 
 
 @dataclass(frozen=True)

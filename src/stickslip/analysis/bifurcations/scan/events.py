@@ -129,22 +129,14 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
             return None  # f^2p has slope 1 at a flip, too
     if isinstance(condition, Fold):
         # Where curves of orbits cross, the test function of a fold touches zero.
-        crossing = _crossing_at(found, condition, family, within)
-        if crossing is not None:
+        start = Crossing(condition.period, condition.points, family.name)
+        reach = TOUCHES * (within[1] - within[0])
+        crossing = found_near(start, family.whole, found.value, step=reach, within=within)
+        if crossing is not None and _meets(crossing):
             found = crossing
     elif isinstance(condition, Crossing) and not _meets(found):
         return None
     return Event(_kind(found, family), found.reading.condition, found)
-
-
-def _crossing_at(
-    fold: Located, condition: Fold, family: Family, within: tuple[float, float]
-) -> Located | None:
-    """Solve for two curves of orbits that cross where a fold seems to be."""
-    start = Crossing(condition.period, condition.points, family.name)
-    reach = TOUCHES * (within[1] - within[0])
-    found = found_near(start, family.whole, fold.value, step=reach, within=within)
-    return found if found and _meets(found) else None
 
 
 def _meets(found: Located) -> bool:
