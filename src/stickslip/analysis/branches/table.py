@@ -35,8 +35,6 @@ from stickslip.results.result import Result, ResultList
 from stickslip.results.table import SHOWN, more
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.breakpoints import Kind
     from stickslip.analysis.branches.discontinuities import Discontinuities
     from stickslip.analysis.branches.laps import Laps
@@ -274,28 +272,22 @@ def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Bre
     at_first = at_first.moved(np.append(0.0, np.where(close, where - cuts.right.x, 0.0)))
     at_last = at_last.moved(np.append(np.where(close, where - cuts.left.x, 0.0), 0.0))
     segments = Segments(first, last, at_first, at_last, where, kinds == "smooth")
-    return [_breakpoint(cuts, segments, kinds, close, i) for i in range(len(cuts))], segments
-
-
-def _breakpoint(
-    cuts: Discontinuities,
-    segments: Segments,
-    kinds: NDArray[np.str_],
-    close: NDArray[np.bool_],
-    i: int,
-) -> Breakpoint:
-    return Breakpoint(
-        d=float(segments.where[i]),
-        left=float(segments.at_last.value[i]),
-        right=float(segments.at_first.value[i + 1]),
-        left_slope=float(segments.at_last.slope[i]),
-        right_slope=float(segments.at_first.slope[i + 1]),
-        kind=cast("Kind", str(kinds[i])),
-        left_label=int(cuts.left.label[i]),
-        right_label=int(cuts.right.label[i]),
-        interval=(float(cuts.left.x[i]), float(cuts.right.x[i])),
-        quality="located" if close[i] else "bracketed",
-    )
+    breaks = [
+        Breakpoint(
+            d=float(where[i]),
+            left=float(at_last.value[i]),
+            right=float(at_first.value[i + 1]),
+            left_slope=float(at_last.slope[i]),
+            right_slope=float(at_first.slope[i + 1]),
+            kind=cast("Kind", str(kinds[i])),
+            left_label=int(cuts.left.label[i]),
+            right_label=int(cuts.right.label[i]),
+            interval=(float(cuts.left.x[i]), float(cuts.right.x[i])),
+            quality="located" if close[i] else "bracketed",
+        )
+        for i in range(len(cuts))
+    ]
+    return breaks, segments
 
 
 def _branches(f: Map1D, segments: Segments) -> tuple[Branch, ...]:

@@ -361,11 +361,7 @@ def contained(low: float, high: float, name: str, value: float, what: str) -> fl
 
 def checked_steps(max_step: float | None, max_points: int | None) -> tuple[float, int]:
     """Return the longest step, as a share of the range, and the number of points to either side."""
-    step = finite_number(
-        "max_step",
-        MAX_STEP if max_step is None else max_step,
-        above=0.0,
-        at_most=1.0,
-        why="It is a share of the range.",
-    )
+    share = MAX_STEP if max_step is None else max_step
+    why = "It is a share of the range."
+    step = finite_number("max_step", share, above=0.0, at_most=1.0, why=why)
     return step, whole_number("max_points", MAX_POINTS if max_points is None else max_points, 1)

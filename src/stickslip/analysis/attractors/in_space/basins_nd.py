@@ -19,7 +19,6 @@ from stickslip.analysis.attractors.in_space.fates import (
     fates,
 )
 from stickslip.analysis.maps.protocol import orbits
-from stickslip.analysis.work import Work
 from stickslip.checks import MOST_VALUES, finite_number, one_each, shown, whole_number
 from stickslip.checks import grid as checked_values
 from stickslip.results.parts import part
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, MapND
+    from stickslip.analysis.work import Work
 
     Integers = NDArray[np.int16]
 
@@ -224,13 +224,12 @@ def find_basins(
     grid: Sequence[Any] | None,
     n_samples: int,
     max_steps: int,
-    work: Work | None = None,
+    work: Work,
 ) -> BasinsND:
     """Follow the points of a grid, or starts spread over the domain; see `stickslip.basins`."""
     made = Grid((), (), np.full(f.dimension, math.nan)) if grid is None else checked_grid(f, grid)
     x = f.spread(n_samples) if grid is None else made
     cells = cells_of(f, found)
-    work = Work() if work is None else work
     fate, steps = fates(f, x, cells, max_steps, work)
     hits = HITS
     while True:

@@ -24,7 +24,6 @@ from stickslip.analysis.orbits.orbits_nd import (
     make_orbit,
     same_points,
 )
-from stickslip.analysis.work import Work
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
     from stickslip.analysis.maps.protocol import Floats, MapND
+    from stickslip.analysis.work import Work
 
 SETTLING: Final = 512  # steps of all starts before they are looked at, and while they are
 LONG: Final = 4096  # steps of an orbit on a set of its own, at first
@@ -220,11 +220,11 @@ def search_attractors(
     max_period: int,
     max_steps: int,
     features: Callable[[Floats], Any] | None,
-    work: Work | None = None,
+    work: Work,
 ) -> AttractorListND:
     """Find what starts settle on, as `stickslip.attractors` describes it."""
     search = Search(f, widths, max_period, max_steps)
-    work, fate = Work() if work is None else work, np.full(len(starts), UNFOLLOWED)
+    fate = np.full(len(starts), UNFOLLOWED)
     with work.until_interrupted():
         ends = orbits(f, starts, SETTLING)[:, -1]
         paths = orbits(f, ends, SETTLING)

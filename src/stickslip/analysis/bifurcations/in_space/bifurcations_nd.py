@@ -346,9 +346,7 @@ def _with_attractors(outcome: Outcome, before: tuple[Any, ...], after: tuple[Any
     """Add the kind of the attractors that are new after a border collision, if it is one."""
     new = Counter((a.kind, a.period) for a in after)
     new -= Counter((a.kind, a.period) for a in before)
-    kinds = {kind for kind, _ in new} | (
-        {"periodic"} if outcome.attractors == "periodic" else set()
-    )
+    kinds = {kind for kind, _ in new} | ({outcome.attractors} & {"periodic"})
     one: Any = kinds.pop() if len(kinds) == 1 else "undecided"
     return replace(outcome, attractors=one if one in get_args(AttractorOutcome) else "undecided")
 

@@ -271,17 +271,11 @@ def _described(
     limits = limits.moved(x - ends.x)
     at_left, at_right = limits.take(slice(0, 1)), limits.take(slice(1, 2))
     (kind,) = kind_of(mesh, at_left, at_right, np.array([first.x - last.x]))
+    (value, beyond), (slope, slope_beyond) = limits.value.tolist(), limits.slope.tolist()
     left_label, right_label = (b.label if b.ok else None for b in (left, right))
-    return CriticalReading(
-        x,
-        float(limits.value[0]),
-        float(limits.value[1]),
-        float(limits.slope[0]),
-        float(limits.slope[1]),
-        kind,
-        (last.x, first.x),
-        TrackedDiscontinuity(left_label, right_label, x, kind, abs(x - near)),
-    )
+    critical = TrackedDiscontinuity(left_label, right_label, x, kind, abs(x - near))
+    sides = value, beyond, slope, slope_beyond
+    return CriticalReading(x, *sides, kind, (last.x, first.x), critical)
 
 
 def break_between(f: Map1D, x: float, labels: Collection[int]) -> CriticalReading | None:
