@@ -80,15 +80,8 @@ class Pieces:
         edges, source, order = (
             np.append(a[:-1][keep][first], a[-1]) for a in (self.edges, self.source, self.order)
         )
-        return Pieces(
-            edges,
-            index[first],
-            lap[first],
-            self.value_left[keep][first],
-            self.value_right[keep][last],
-            source,
-            order,
-        )
+        sides = self.value_left[keep][first], self.value_right[keep][last]
+        return Pieces(edges, index[first], lap[first], *sides, source, order)
 
 
 def spread_over_open(edges: Floats, index: Integers, shares: Floats) -> Floats:

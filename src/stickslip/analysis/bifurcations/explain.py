@@ -66,15 +66,9 @@ def with_attractors(
     looks = below.value, above.value
     outcome = None
     if isinstance(item.condition, Collision):
-        outcome = observed(
-            item.orbits_before,
-            item.orbits_after,
-            before,
-            after,
-            period=item.period,
-            gap=item.kind == "enters_gap",
-            width=width,
-        )
+        sides = item.orbits_before, item.orbits_after, before, after
+        gap = item.kind == "enters_gap"
+        outcome = observed(*sides, period=item.period, gap=gap, width=width)
     return replace(
         item, attractors_before=before, attractors_after=after, looks=looks, outcome=outcome
     )

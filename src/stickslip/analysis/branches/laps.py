@@ -270,17 +270,10 @@ def _stretch(mesh: Mesh, segments: Segments, group: list[int]) -> Stretch:
     guard = GUARD * mesh.resolution
     at_left = 0.0 if is_lo or np.isinf(slope[0]) else guard
     at_right = 0.0 if is_hi or np.isinf(slope[-1]) else guard
-    return Stretch(
-        x,
-        value,
-        slope,
-        np.zeros(0, dtype=np.intp),
-        (LO if is_lo else first - 1, HI if is_hi else last),
-        (
-            max(float(segments.first.x[first]), float(x[0]) + at_left),
-            min(float(segments.last.x[last]), float(x[-1]) - at_right),
-        ),
-    )
+    numbers = LO if is_lo else first - 1, HI if is_hi else last
+    low = max(float(segments.first.x[first]), float(x[0]) + at_left)
+    high = min(float(segments.last.x[last]), float(x[-1]) - at_right)
+    return Stretch(x, value, slope, np.zeros(0, dtype=np.intp), numbers, (low, high))
 
 
 def _nodes_of(mesh: Mesh, segments: Segments, i: int) -> tuple[Floats, Floats, Floats]:

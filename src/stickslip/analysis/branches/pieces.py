@@ -303,21 +303,13 @@ def hints_of(pieces: Pieces, n_breaks: int) -> Hints:
     """Gather hints from all pieces of f^p, where f has ``n_breaks`` breakpoints."""
     aside = ASIDE * float(np.spacing(domain_size(pieces.laps.f)))
     left, right = pieces.left.orbit[:, 0], pieces.right.orbit[:, 0]
-    breaks = np.concatenate(
-        [
-            ends.orbit[(ends.number >= 0) & (ends.number < n_breaks), 0]
-            for ends in (pieces.left, pieces.right)
-        ]
-    )
+    both = pieces.left.joined(pieces.right)
+    breaks = both.orbit[(both.number >= 0) & (both.number < n_breaks), 0]
     seeds = np.concatenate([breaks - aside, breaks + aside, left, right, 0.5 * (left + right)])
-    return Hints(
-        np.clip(seeds, *pieces.laps.f.domain),
-        left,
-        right,
-        _limits(pieces.laps, pieces.word, pieces.left),
-        _limits(pieces.laps, pieces.word, pieces.right),
-        2 * aside,
-    )
+    seeds = np.clip(seeds, *pieces.laps.f.domain)
+    at_left = _limits(pieces.laps, pieces.word, pieces.left)
+    at_right = _limits(pieces.laps, pieces.word, pieces.right)
+    return Hints(seeds, left, right, at_left, at_right, 2 * aside)
 
 
 def _limits(laps: Laps, word: Indices, ends: Ends) -> Limits:

@@ -121,9 +121,8 @@ def _settled(end: TrackedDiscontinuity, side: int, f: Map1D) -> TrackedDiscontin
             continue
         left, right = (own, beyond)[::-side]
         try:
-            found = (
-                TrackedDiscontinuity(left, right, end.x, end.kind).at(f, successors=False).critical
-            )
+            met = TrackedDiscontinuity(left, right, end.x, end.kind)
+            found = met.at(f, successors=False).critical
         except ConditionLost:
             continue
         if isinstance(found, TrackedDiscontinuity):

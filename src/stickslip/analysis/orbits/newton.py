@@ -116,18 +116,10 @@ def polish(
     # The last residuals still make for one step, which need not be checked.
     points[converged] = (points - steps)[converged]
     points = np.where(used, np.clip(points, lower, upper), np.nan)
-    return Polished(
-        periods,
-        points,
-        slopes,
-        labels,
-        np.where(used, np.abs(residuals) + ROUNDINGS * EPS * scale, 0.0),
-        np.where(used, np.abs(points - guess), 0.0).max(axis=1, initial=0.0),
-        np.abs(residuals).max(axis=1, initial=0.0),
-        closed,
-        converged,
-        given_up,
-    )
+    off = np.where(used, np.abs(residuals) + ROUNDINGS * EPS * scale, 0.0)
+    surprise = np.where(used, np.abs(points - guess), 0.0).max(axis=1, initial=0.0)
+    known = off, surprise, np.abs(residuals).max(axis=1, initial=0.0)
+    return Polished(periods, points, slopes, labels, *known, closed, converged, given_up)
 
 
 def polish_on(f: Map1D, guess: Floats, scale: float | None = None, **options: Any) -> Polished:

@@ -123,13 +123,8 @@ def predicted_at_jump(
     with_orbit = LocalAttractor("periodic", period) if abs(a) < 1 else NONE
     without = _left_behind(images) if abs(a) < 1 else NONE
     before, after = (without, with_orbit) if after_has_orbit else (with_orbit, without)
-    return Outcome(
-        "born at a jump" if after_has_orbit else "lost at a jump",
-        after.kind,
-        _text_at_jump(images),
-        before,
-        after,
-    )
+    orbits: OrbitOutcome = "born at a jump" if after_has_orbit else "lost at a jump"
+    return Outcome(orbits, after.kind, _text_at_jump(images), before, after)
 
 
 def _left_behind(images: Sequence[FarImage]) -> LocalAttractor:

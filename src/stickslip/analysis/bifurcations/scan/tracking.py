@@ -92,13 +92,9 @@ def join(left: Node, right: Node, family: Family, classes: SymbolClasses) -> Spa
     if rows.size:
         proved, pieces = _proved(left, right, rows, columns, family, classes)
         rows, columns = rows[proved], columns[proved]
-    return Span(
-        left,
-        right,
-        pieces,
-        sorted(set(range(len(left.orbits))) - set(rows.tolist())),
-        sorted(set(range(len(right.orbits))) - set(columns.tolist())),
-    )
+    loose_left = sorted(set(range(len(left.orbits))) - set(rows.tolist()))
+    loose_right = sorted(set(range(len(right.orbits))) - set(columns.tolist()))
+    return Span(left, right, pieces, loose_left, loose_right)
 
 
 def _candidates(
