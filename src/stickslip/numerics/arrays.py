@@ -1,4 +1,4 @@
-"""Names of the types of arrays, columns of them, a product of many rows, two numbers."""
+"""Names of the types of arrays, columns of them, points in intervals, a product, two numbers."""
 
 from __future__ import annotations
 
@@ -35,6 +35,12 @@ class Columns:
         """Return the rows of all, one after the other."""
         names, parts = self.__dataclass_fields__, (self, *others)
         return type(self)(*[np.concatenate([getattr(p, name) for p in parts]) for name in names])
+
+
+def interval_of(x: Floats, lefts: Floats, rights: Floats) -> NDArray[np.intp]:
+    """Tell which of ascending intervals holds each point, of two the right one; -1 for none."""
+    found = np.searchsorted(lefts, x, side="right") - 1
+    return np.where((found >= 0) & (x <= np.append(rights, -np.inf)[found]), found, -1)
 
 
 def applied(matrix: Floats, rows: Floats) -> Floats:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
+from stickslip.numerics.arrays import interval_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,10 +57,7 @@ class Bands:
 
 def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
     """Tell which points lie in one of the sorted disjoint intervals (k, 2)."""
-    if len(intervals) == 0:
-        return np.zeros(np.shape(x), dtype=np.bool_)
-    k = np.clip(np.searchsorted(intervals[:, 0] - slack, x, side="right") - 1, 0, None)
-    return np.asarray((x >= intervals[k, 0] - slack) & (x <= intervals[k, 1] + slack))
+    return np.asarray(interval_of(x, intervals[:, 0] - slack, intervals[:, 1] + slack) >= 0)
 
 
 def merged(intervals: NDArray[Any], slack: float) -> NDArray[Any]:

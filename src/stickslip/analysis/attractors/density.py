@@ -20,6 +20,7 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import advance, domain_width
 from stickslip.checks import instance, whole_number
+from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
@@ -73,9 +74,8 @@ class InvariantDensity(Result):
     def __call__(self, x: ArrayLike) -> Any:
         """Return the density at points of any shape."""
         points = np.asarray(x, dtype=np.float64)
-        cell = np.clip(np.searchsorted(self.left, points, side="right") - 1, 0, None)
-        inside_cell = (points >= self.left[cell]) & (points <= self.right[cell])
-        return np.where(inside_cell, self.density[cell], 0.0)
+        cell = interval_of(points, self.left, self.right)
+        return np.where(cell >= 0, self.density[cell], 0.0)
 
     def cumulative(self, x: ArrayLike) -> Any:
         """Return the probability left of points of any shape."""

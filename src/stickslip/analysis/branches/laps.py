@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import values_and_slopes
-from stickslip.numerics.arrays import EPS, Columns
+from stickslip.numerics.arrays import EPS, Columns, interval_of
 from stickslip.numerics.zeros import MAX_STEPS, slope_zeros
 from stickslip.results.parts import part
 
@@ -103,9 +103,7 @@ class Laps:
 
     def locate(self, x: Floats) -> Indices:
         """Return the lap of each point (of two the right one); -1 in a gap or outside."""
-        found = np.searchsorted(self.left, x, side="right") - 1
-        inside = (found >= 0) & (x <= np.append(self.right, -np.inf)[found])
-        return np.where(inside, found, -1).astype(np.intp)
+        return interval_of(x, self.left, self.right)
 
     def evaluate(self, lap: Indices, x: Floats) -> tuple[Floats, Floats]:
         """Return value and slope on a lap, continued linearly across its breaks; shapes (m,)."""

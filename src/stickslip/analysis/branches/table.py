@@ -30,6 +30,7 @@ from stickslip.analysis.branches.pieces import (
 )
 from stickslip.analysis.maps.protocol import base_and_exponent, domain_size, domain_width
 from stickslip.checks import finite_number
+from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.processes import travels
 from stickslip.results.result import Result, ResultList
 from stickslip.results.table import SHOWN, more
@@ -166,10 +167,9 @@ class BranchTable(ResultList[Branch]):
     def labels_at(self, x: Floats) -> Labels:
         """Label of the branch of each point, 0 in a gap; nothing is evaluated."""
         lefts = np.array([b.left for b in self.branches])
-        rights = np.array([b.right for b in self.branches] + [-np.inf])
+        rights = np.array([b.right for b in self.branches])
         labels = np.array([b.label for b in self.branches] + [0], dtype=np.uint64)
-        place = np.searchsorted(lefts, x, side="right") - 1
-        return np.where((place >= 0) & (x <= rights[place]), labels[place], np.uint64(0))
+        return labels[interval_of(x, lefts, rights)]
 
     def text(self, label: int) -> str:
         """Itinerary of a branch in the map's own words, if it has any, else its label."""

@@ -27,6 +27,7 @@ from stickslip.analysis.maps.protocol import (
     sample,
     values_and_slopes,
 )
+from stickslip.numerics.arrays import interval_of
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -116,16 +117,13 @@ class InterpolatedMap:
         gaps = self.table.gaps
         if not len(gaps):
             return np.full(x.shape, UNDEFINED, dtype=np.int64)
-        place = np.clip(np.searchsorted(gaps[:, 0], x, side="right") - 1, 0, None)
-        inside = (x >= gaps[place, 0]) & (x <= gaps[place, 1])
-        found = np.where(inside, self.gap_statuses[place], UNDEFINED)
+        place = interval_of(x, *gaps.T)
+        found = np.where(place >= 0, self.gap_statuses[place], UNDEFINED)
         return np.where(found == OK, UNDEFINED, found)
 
     def _are_unknown(self, x: Floats) -> Bools:
         """Tell which points lie where branches are too narrow for the table."""
-        unknown = self.table.unknown
-        place = np.searchsorted(unknown[:, 0], x, side="right") - 1
-        return np.asarray((place >= 0) & (x <= np.append(unknown[:, 1], -np.inf)[place]))
+        return interval_of(x, *self.table.unknown.T) >= 0
 
     @cached_property
     def _samples(self) -> tuple[Floats, Floats, Floats]:
