@@ -28,12 +28,7 @@ from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import SAME, MapND, advance, checked_points, domain_width
 from stickslip.analysis.work import Work
-from stickslip.checks import (
-    MOST_KEPT,
-    finite_number,
-    random_generator,
-    whole_number,
-)
+from stickslip.checks import MOST_KEPT, finite_number, random_generator, whole_number
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
 from stickslip.results.table import more
@@ -328,12 +323,7 @@ def basins(
 
 
 def _count(
-    f: Map1D,
-    pieces: Pieces,
-    x: Floats,
-    counts: Integers,
-    rng: np.random.Generator,
-    work: Work,
+    f: Map1D, pieces: Pieces, x: Floats, counts: Integers, rng: np.random.Generator, work: Work
 ) -> None:
     """Follow points until their orbits come to a decided piece, and count its fate."""
     n = len(x)

@@ -199,11 +199,7 @@ class Bifurcation(Result):
 
 
 def bifurcation_of(
-    kind: BifurcationKind,
-    found: Located,
-    parameter: str,
-    system: MapFamily | None,
-    **more: Any,
+    kind: BifurcationKind, found: Located, parameter: str, system: MapFamily | None, **more: Any
 ) -> Bifurcation:
     """Describe a condition that was solved for."""
     reading = found.reading

@@ -37,11 +37,7 @@ from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_
 from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
 from stickslip.analysis.bifurcations.scan.nodes import Family
 from stickslip.analysis.bifurcations.scan.survey import Survey
-from stickslip.analysis.branches.along.tracked import (
-    ConditionLost,
-    DomainEnd,
-    TrackedDiscontinuity,
-)
+from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
 from stickslip.analysis.maps.protocol import FamilyND, explanation
 from stickslip.analysis.orbits.newton import solve_orbit

@@ -140,11 +140,7 @@ def _next_flip(level: _Level, family: Family) -> Located | None:
 
 
 def _grown(
-    start: tuple[Polished, float],
-    last: Bifurcation,
-    way: float,
-    strides: int,
-    family: Family,
+    start: tuple[Polished, float], last: Bifurcation, way: float, strides: int, family: Family
 ) -> tuple[float, Floats] | None:
     """Carry a doubled orbit from where it was solved for to where its own flip is expected."""
     # Its halves part like the root of the distance from its birth; their middle moves in

@@ -56,10 +56,7 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
 
 
 def with_attractors(
-    item: Bifurcation,
-    below: ParameterPoint,
-    above: ParameterPoint,
-    width: float,
+    item: Bifurcation, below: ParameterPoint, above: ParameterPoint, width: float
 ) -> Bifurcation:
     """Add the attractors on both sides, and the outcome of a border collision that they show."""
     before, after = (look.attractors.attractors for look in (below, above))

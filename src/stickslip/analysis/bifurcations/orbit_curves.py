@@ -234,10 +234,7 @@ def _joined(
         points=points,
         multipliers=multipliers,
         stable=np.abs(multipliers) < 1,
-        ends=(
-            _end(survey, first, rows[0], points[0]),
-            _end(survey, last, rows[-1], points[-1]),
-        ),
+        ends=(_end(survey, first, rows[0], points[0]), _end(survey, last, rows[-1], points[-1])),
         bifurcations=tuple(passed),
         data=known,
         problem=OrbitProblem(survey.family.at(rows[0].value)),

@@ -13,11 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, cast
 import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_inside
-from stickslip.analysis.branches.discontinuities import (
-    ACCUMULATE,
-    Unresolved,
-    find_discontinuities,
-)
+from stickslip.analysis.branches.discontinuities import ACCUMULATE, Unresolved, find_discontinuities
 from stickslip.analysis.branches.laps import Segments, smooth_stretches, tabulate_laps
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE, Mesh
 from stickslip.analysis.branches.pieces import (

@@ -24,13 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.numerics.continuation import (
-        CurvePoint,
-        Equations,
-        Floats,
-        StepControl,
-        WalkEnd,
-    )
+    from stickslip.numerics.continuation import CurvePoint, Equations, Floats, StepControl, WalkEnd
 
     Test: TypeAlias = Callable[[CurvePoint], float]
 

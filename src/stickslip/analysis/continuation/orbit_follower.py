@@ -69,11 +69,7 @@ BEYOND: Final = (1e-5, 1e-7)  # scaled ways past a border at which the two sides
 SMOOTH: Final = 1e-9  # a larger difference of values is a jump ...
 JUMPS: Final = 0.5  # ... if it does not shrink with the way as that of a root-like corner does
 SAME_SLOPE: Final = 1e-3  # of Jacobians, beside 1 + their size: a larger difference is a corner
-REASONS: Final[dict[str, Any]] = {
-    "jump": "breakpoint",
-    "corner": "breakpoint",
-    "edge": "gap",
-}
+REASONS: Final[dict[str, Any]] = {"jump": "breakpoint", "corner": "breakpoint", "edge": "gap"}
 
 
 class OrbitFollower(Follower):
@@ -83,13 +79,7 @@ class OrbitFollower(Follower):
     bends = BENDS
 
     def __init__(
-        self,
-        f: Any,
-        name: str,
-        low: float,
-        high: float,
-        max_step: float,
-        max_points: int,
+        self, f: Any, name: str, low: float, high: float, max_step: float, max_points: int
     ) -> None:
         steps = StepControl(first=min(0.01, max_step), largest=max_step)
         super().__init__(name, low, high, steps, max_points)

@@ -9,12 +9,7 @@ import numpy as np
 
 from stickslip.analysis.exponents._tangent_kernels import carry_frame
 from stickslip.analysis.exponents.blocking import blocking_error, settled_period
-from stickslip.analysis.maps.arguments import (
-    check_values,
-    space_family,
-    space_map,
-    space_points,
-)
+from stickslip.analysis.maps.arguments import check_values, space_family, space_map, space_points
 from stickslip.analysis.maps.protocol import orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.analysis.work import Work

@@ -69,11 +69,7 @@ def cell_value(cells: CellPolynomials, k: int, x: float) -> tuple[float, float]:
 
 @kernel
 def evaluate_cells(
-    cells: CellPolynomials,
-    x: Floats,
-    value: Floats,
-    slope: Floats,
-    cell: NDArray[np.int64],
+    cells: CellPolynomials, x: Floats, value: Floats, slope: Floats, cell: NDArray[np.int64]
 ) -> None:
     """Fill in value, slope and cell of each point; NaN and -1 where there is no cell."""
     for i in range(len(x)):

@@ -246,7 +246,4 @@ def _cubic_slopes(parts: Brackets, error: Floats) -> tuple[Floats, Floats]:
     # Rounding in the mean slope of a narrow part is no bend.
     noise = 4 * EPS * np.abs(parts.right[:, -1]) / np.maximum(parts.width, EPS)
     trusted = error <= TRUSTED * np.maximum(np.maximum(np.abs(s0), np.abs(s1)), 1.0)
-    return (
-        np.where(trusted, low - noise, 0.0),
-        np.where(trusted, high + noise, np.inf),
-    )
+    return (np.where(trusted, low - noise, 0.0), np.where(trusted, high + noise, np.inf))

@@ -22,11 +22,7 @@ from stickslip.analysis.attractors.in_space.fractions import Known, searched_alo
 from stickslip.analysis.maps.arguments import checked_parameter, line_family, line_map, map_of
 from stickslip.analysis.maps.protocol import FamilyND, MapND
 from stickslip.analysis.safety.kicks import Escape, Impulse, escape, smallest_impulses
-from stickslip.analysis.safety.surroundings import (
-    Displacement,
-    LineSurroundings,
-    SpaceSurroundings,
-)
+from stickslip.analysis.safety.surroundings import Displacement, LineSurroundings, SpaceSurroundings
 from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,

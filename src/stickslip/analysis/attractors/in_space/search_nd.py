@@ -18,12 +18,7 @@ from stickslip.analysis.exponents.spectrum import exponent_along
 from stickslip.analysis.maps.arguments import space_points
 from stickslip.analysis.maps.protocol import SAME, apart, orbits, reduced, sample, turns
 from stickslip.analysis.orbits.newton import solve_orbits
-from stickslip.analysis.orbits.orbits_nd import (
-    PeriodicOrbitND,
-    is_minimal,
-    make_orbit,
-    same_points,
-)
+from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, is_minimal, make_orbit, same_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable

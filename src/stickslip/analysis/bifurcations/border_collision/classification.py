@@ -70,10 +70,7 @@ def predicted_at_corner(
 def _in_steps_of_f(found: LocalAttractor, period: int) -> LocalAttractor:
     """Translate from steps of f^p: a band or point there is p of them."""
     return replace(
-        found,
-        period=found.period * period,
-        base=found.base * period,
-        offset=found.offset * period,
+        found, period=found.period * period, base=found.base * period, offset=found.offset * period
     )
 
 

@@ -48,12 +48,7 @@ class FarImage:
 
 
 def far_image(
-    f: Map1D,
-    border: OneSided,
-    side: int,
-    period: int,
-    *,
-    multiplier: float | None = None,
+    f: Map1D, border: OneSided, side: int, period: int, *, multiplier: float | None = None
 ) -> FarImage:
     """Follow the far side's image of a jump, at a collision with an orbit of period p.
 

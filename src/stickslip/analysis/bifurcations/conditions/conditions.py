@@ -27,11 +27,7 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import (
     rounding,
     slope_one,
 )
-from stickslip.analysis.branches.along.tracked import (
-    ConditionLost,
-    DomainEnd,
-    TrackedDiscontinuity,
-)
+from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.maps.protocol import MapFamily, domain_width, sample
 from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS
 from stickslip.numerics.arrays import EPS

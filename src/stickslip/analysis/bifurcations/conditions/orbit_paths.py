@@ -64,10 +64,7 @@ def path_from(
         return Path((critical.x,), (), (), False)
     rest = path_of(f, value, n - 1, {k - 1: other for k, other in others.items()})
     return Path(
-        (critical.x, *rest.points),
-        (critical.slope(side), *rest.slopes),
-        rest.labels,
-        rest.complete,
+        (critical.x, *rest.points), (critical.slope(side), *rest.slopes), rest.labels, rest.complete
     )
 
 

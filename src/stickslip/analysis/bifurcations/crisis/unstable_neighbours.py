@@ -10,11 +10,7 @@ import numpy as np
 from stickslip.analysis.attractors.bands import APART
 from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
-from stickslip.analysis.branches.along.tracked import (
-    DomainEnd,
-    TrackedDiscontinuity,
-    TurningPoint,
-)
+from stickslip.analysis.branches.along.tracked import DomainEnd, TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.numerics.zeros import halved
 

@@ -13,12 +13,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.curves.curve_events import (
-    Event,
-    break_beside,
-    map_at,
-    meeting,
-)
+from stickslip.analysis.bifurcations.curves.curve_events import Event, break_beside, map_at, meeting
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     CLOSE,
     changed_labels,

@@ -424,9 +424,7 @@ class _Looks:
         outcome = item.outcome and _with_attractors(item.outcome, before, after)
         return replace(item, attractors_before=before, attractors_after=after, outcome=outcome)
 
-    def changes(
-        self,
-    ) -> tuple[list[Bifurcation], list[UnresolvedChange], list[UnresolvedChange]]:
+    def changes(self) -> tuple[list[Bifurcation], list[UnresolvedChange], list[UnresolvedChange]]:
         """Bisect the changes that nothing located explains; those too many stay unresolved."""
         narrow = NARROW * self.survey.width
         for _ in range(MOST_LOOKS):

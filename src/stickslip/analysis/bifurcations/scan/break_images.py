@@ -18,11 +18,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.bifurcations.scan.nodes import ON_BREAK
-from stickslip.analysis.branches.along.tracked import (
-    ConditionLost,
-    DomainEnd,
-    TrackedDiscontinuity,
-)
+from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.branches.pieces import returning
 from stickslip.analysis.branches.table import branch_table

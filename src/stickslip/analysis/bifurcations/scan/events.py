@@ -20,11 +20,7 @@ from stickslip.analysis.bifurcations.conditions.locate import NEARBY, found_near
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
 from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
-from stickslip.analysis.branches.along.tracked import (
-    ConditionLost,
-    DomainEnd,
-    TrackedDiscontinuity,
-)
+from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width

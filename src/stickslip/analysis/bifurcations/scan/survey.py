@@ -52,12 +52,7 @@ class Survey(Range):
     """The range of a parameter, cut into spans without and around events, both ascending."""
 
     def __init__(
-        self,
-        family: Family,
-        lo: float,
-        hi: float,
-        max_period: int,
-        work: Work | None = None,
+        self, family: Family, lo: float, hi: float, max_period: int, work: Work | None = None
     ) -> None:
         super().__init__(family, lo, hi, max_period)
         self.work = Work() if work is None else work

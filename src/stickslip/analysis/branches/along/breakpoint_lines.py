@@ -143,11 +143,7 @@ def _met(
 
 
 def _march(
-    maps: Sequence[Map1D],
-    values: Floats,
-    order: NDArray[np.intp],
-    start: _Breaks,
-    towards: _Breaks,
+    maps: Sequence[Map1D], values: Floats, order: NDArray[np.intp], start: _Breaks, towards: _Breaks
 ) -> tuple[Floats, Floats]:
     """Follow breakpoints to the next anchor: places (len(order), m), NaN where lost; forecasts."""
     found = np.full((len(order), len(start.x)), np.nan)

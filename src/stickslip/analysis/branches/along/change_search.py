@@ -175,9 +175,7 @@ def _nearest_pair(seen: Sequence[Seen], branch: Branch, x: float) -> tuple[int, 
         if seen[i].branch == branch and seen[i + 1].branch != branch
     ]
     return min(
-        pairs,
-        key=lambda pair: max(seen[pair[0]].x - x, x - seen[pair[1]].x, 0.0),
-        default=None,
+        pairs, key=lambda pair: max(seen[pair[0]].x - x, x - seen[pair[1]].x, 0.0), default=None
     )
 
 
