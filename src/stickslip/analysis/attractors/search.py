@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.work import Work
 
 BLOCK: Final = 256  # steps until orbits are looked at, at first
-LOOK: Final = 2048  # steps of one orbit to start an examination from
+LOOK: Final = 2048  # steps of one orbit that tell where it goes, as far as that is to be seen
 CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
 LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
 STANDS_IN: Final = 1e-6  # of the domain's width: a stand-in may not err more on an attractor

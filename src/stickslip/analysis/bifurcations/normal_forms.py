@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
 
+from stickslip.analysis.continuation.follower import ON_CIRCLE
 from stickslip.analysis.maps.differences import (
     N_STEPS,
     extrapolated_difference,
@@ -25,7 +26,6 @@ ROUNDING: Final = 16 * EPS  # differences may agree by chance
 STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
 FEW_STEPS: Final = 11  # down to 2e-6 of the domain
 SHARP: Final = 1e-7  # of a derivative: known so well it needs no shorter steps
-RESONANT: Final = 1e-6  # distance of a power of the critical multiplier from 1
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ def coefficient(f: MapND, points: Floats, kind: str) -> CubicCoefficient:
         if kind == "flip":
             m, q, p = -1.0, q.real / np.linalg.norm(q.real), p.real * np.linalg.norm(q.real)
         resonances = [] if kind == "flip" else [m**r - 1.0 for r in (1, 2, 3, 4)]
-        if min(map(abs, resonances), default=1.0) < RESONANT:
+        if min(map(abs, resonances), default=1.0) < ON_CIRCLE:
             return CubicCoefficient(np.nan, np.inf, kind)
         mean = np.linalg.solve(eye - forms.a, _two(forms.b, q, q.conj()))
         twice = np.linalg.solve(m * m * eye - forms.a, _two(forms.b, q, q)) if resonances else mean

@@ -35,7 +35,7 @@ CLOSED_AFTER: Final = 4  # rows: the start is not met again before
 SAME_WAY: Final = 0.7  # cosine
 SHORT: Final = 1e-3  # scaled: a step that may bracket a point where Newton's method has no hold
 JUMP: Final = 0.1  # of a test function, at what seems its zero: there it jumps instead
-ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, and its distance from the real axis
+ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, its distance from a real or resonant one
 
 
 class Passed(NamedTuple):

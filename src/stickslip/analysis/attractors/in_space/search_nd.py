@@ -29,13 +29,12 @@ if TYPE_CHECKING:
     from stickslip.analysis.work import Work
 
 SETTLING: Final = 512  # steps of all starts before they are looked at, and while they are
-LONG: Final = 4096  # steps of an orbit on a set of its own, at first
+LONG: Final = 4096  # steps of an orbit on a set of its own, at first; points kept of an attractor
 RESOLUTION: Final = 1 / 256  # of the widths: of cells about cycles; of its size: of a set's reach
 REACH: Final = 2.0  # times the distance within which 0.95 of points have a neighbour: close
 RECURS: Final = 0.9  # share of an orbit's points close to earlier ones: it has settled
 MEETS: Final = 0.5  # ... close to those of another orbit: both are on one set
 CLOSE: Final = 1e-3  # of the widths: an orbit that repeats so well may be on a cycle
-KEPT: Final = 4096  # points of an attractor
 UNFOLLOWED, LEFT = -1, -2  # fates of starts, beside the number of a set
 NEUTRAL: Final = 20.0  # growth of a tangent, logarithm, over an orbit that does not stretch
 
@@ -181,7 +180,7 @@ class Search:
             kind=kind,
             period=0 if orbit is None else orbit.period,
             orbit=orbit,
-            points=known.points[-KEPT:],
+            points=known.points[-LONG:],
             lyapunov=lyapunov,
             basin_share=known.starts / n_starts,
             recurrence=known.recurrence,
@@ -199,7 +198,7 @@ class Search:
         volumes = float(np.linalg.slogdet(jacobians)[1].mean())  # growth of their logarithm
         keeps = abs(volumes) * lyapunov.n <= 1.0
         # Unless a set is the whole space, as on a circle that turns irrationally.
-        if keeps and not (neutral and self.near(known, self.f.spread(KEPT)) >= RECURS):
+        if keeps and not (neutral and self.near(known, self.f.spread(LONG)) >= RECURS):
             return "undecided", "it keeps volumes: nothing attracts"
         if value > SIGMAS * error and value * lyapunov.n > NEUTRAL:
             return "chaotic", ""

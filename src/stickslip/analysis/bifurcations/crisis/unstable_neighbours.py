@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.attractors.attractors import MAX_PERIOD
 from stickslip.analysis.attractors.bands import APART
 from stickslip.analysis.attractors.recurrence import confirmed
+from stickslip.analysis.attractors.search import LOOK
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.branches.along.tracked import DomainEnd, TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.maps.protocol import domain_width
@@ -28,10 +30,8 @@ if TYPE_CHECKING:
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
 HALVINGS: Final = 12
-FOLLOWED: Final = 2048  # steps of an orbit that tell where it goes
 STEPS_OUT: Final = 32  # from an edge to the other end of its gap
 ON_BORDER: Final = 1e-6  # of the domain's width: points this close belong to one orbit there
-LONGEST: Final = 64  # orbit in the gaps between bands that is looked for
 AT_ONCE: Final = 8  # edges beyond which the border of a basin is looked for together
 NEIGHBOURS: Final = 2  # unstable orbits beside an edge that are worth trying
 
@@ -126,7 +126,7 @@ def meetings(
 
 def late(fast: InterpolatedMap, x: ArrayLike) -> Floats:
     """Follow orbits, and return the half of them that tells where they go."""
-    return fast.iterate(x, FOLLOWED)[..., FOLLOWED // 2 :]
+    return fast.iterate(x, LOOK)[..., LOOK // 2 :]
 
 
 def on_border(
@@ -150,7 +150,7 @@ def on_border(
         k = np.flatnonzero(leaves.any(axis=1))
         first = leaves[k].argmax(axis=1)
         inside, outside = halved(stays, x[k, first], x[k, first + 1], np.finfo(np.float64).nmant)
-        paths = fast.iterate(np.stack([inside, outside], axis=-1), FOLLOWED)
+        paths = fast.iterate(np.stack([inside, outside], axis=-1), LOOK)
         for place, (one, other) in zip(k.tolist(), paths, strict=True):
             parted = ~(np.abs(one - other) <= same)
             path = one[: int(np.append(parted, True).argmax())]
@@ -183,7 +183,7 @@ def _places(
     share = 0.5 * np.geomspace(NEAREST, 1.0, SAMPLES)
     x = np.concatenate([lo + (hi - lo) * share, hi - (hi - lo) * share[-2::-1]])
     # Bands whose gaps one orbit visits merge there all at once, however long it is.
-    tried = np.array(sorted({*periods, *range(1, min(edge.n_gaps, LONGEST) + 1)}))
+    tried = np.array(sorted({*periods, *range(1, min(edge.n_gaps, MAX_PERIOD) + 1)}))
     off = fast.iterate(x, tried[-1])[:, tried] - x[:, None]
     with np.errstate(invalid="ignore"):
         crossed = off[1:] * off[:-1] <= 0
