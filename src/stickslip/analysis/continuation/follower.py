@@ -91,7 +91,7 @@ class Follower:
         return {self.name: point.parameter}
 
     def stopped(self, stop: WalkEnd, half: Half) -> CurvePoint | CurveEnd:
-        """Find out what ended a walk; return the end, or where to go on from."""
+        """Find out what ended a walk inside the range: the end, or where to go on from."""
         raise NotImplementedError
 
     def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
@@ -191,7 +191,10 @@ class Follower:
             try:
                 new = next(walk)
             except StopIteration as stop:
-                return self.stopped(stop.value, half)
+                ended: WalkEnd = stop.value
+                if ended.reason == "end of range":
+                    return self.end(ended.last, ended.reason)
+                return self.stopped(ended, half)
             early = len(half.rows) < CLOSED_AFTER
             closing = None if early else self._closing(here, new, goals)
             for share, passed in self.pending:

@@ -205,8 +205,6 @@ class LineOrbitFollower(OrbitFollower):
         """Find out what ended a walk."""
         last = stop.last
         points, value = self.points(last), last.parameter
-        if stop.reason == "end of range":
-            return self.end(last, "end of range")
         if stop.reason == "step limit":
             for met in unlabelled_encounters(self.equations.at(value), points):
                 if (end := self._end_at(last, met, NEARBY, half)) is not None:
@@ -278,8 +276,6 @@ class SpaceOrbitFollower(OrbitFollower):
     def stopped(self, stop: WalkEnd, half: Half) -> CurvePoint | CurveEnd:
         """Find out what ended a walk; pass the ends of pieces where the map is smooth."""
         last = stop.last
-        if stop.reason == "end of range":
-            return self.end(last, "end of range")
         departure = self._departure(last)
         if departure is None:
             return self.end(last, "step limit")

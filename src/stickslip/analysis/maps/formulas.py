@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -41,7 +42,7 @@ class Formulas:
 
     def __call__(self, x: Any, **parameters: float) -> Floats:
         """Compute values; at a breakpoint that of the branch on the right."""
-        return self.pieces(x, parameters, [branch.__call__ for branch in self.branches])
+        return self.pieces(x, parameters, self.branches)
 
     def slope(self, by: str) -> Slope:
         """Return the derivative by x or a parameter, as a function like the map."""
@@ -78,12 +79,8 @@ class Slope:
 
     def __call__(self, x: Any, **parameters: float) -> Floats:
         """Compute it; at a breakpoint that of the branch on the right."""
-        several = self.formulas.branches
-
-        def derivative(branch: FormulaText) -> Callable[..., Any]:
-            return lambda points, **values: branch.slope(self.by, points, **values)
-
-        return self.formulas.pieces(x, parameters, [derivative(branch) for branch in several])
+        slopes = [partial(branch.slope, self.by) for branch in self.formulas.branches]
+        return self.formulas.pieces(x, parameters, slopes)
 
 
 def formulas_of(

@@ -312,10 +312,7 @@ class _CycleFollower(Follower):
 
     def stopped(self, stop: WalkEnd, half: Half) -> CurvePoint | CurveEnd:
         """Go on with other modes, or from another section; else tell why not."""
-        last = stop.last
-        if stop.reason == "end of range":
-            return self.end(last, stop.reason)
-        touch = self._touch(last)
+        last, touch = stop.last, self._touch(stop.last)
         return self._elsewhere(last, half) if touch is None else self._beyond(last, touch, half)
 
     def _touch(self, last: CurvePoint) -> Touch | None:

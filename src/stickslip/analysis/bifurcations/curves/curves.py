@@ -217,8 +217,6 @@ class _ConditionFollower(PlaneFollower):
 
     def stopped(self, stop: WalkEnd, half: Half) -> CurveEnd:
         """Say why a walk has ended; keep of its last steps only the end."""
-        if stop.reason == "end of range":
-            return self.end(stop.last, stop.reason)
         last = closest_to_end(self.equations, half.rows[-1], 2 * CONTROL.smallest)
         event, reason = end_event(self.equations, last)
         scale = self.equations.scale
