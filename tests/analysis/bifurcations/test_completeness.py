@@ -762,9 +762,10 @@ def test_two_orbits_of_large_multipliers_meet_a_jump_close_to_each_other(apart: 
     assert found.unresolved == ()
 
 
-def test_a_fold_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
-    middle, half, bend = 0.1, 3e-8, 1e10
-    f = ss.PiecewiseMap(
+def narrow_branch(half: float) -> ss.PiecewiseMap:
+    """A fold at mu = 0, its branch cut off on both sides, and a flip at mu = half^2 / 9e-6."""
+    middle, bend = 0.1, 9e-6 / half**2
+    return ss.PiecewiseMap(
         lambda x, mu: np.where(
             np.abs(x - middle) < half, x + mu - bend * (x - middle) ** 2, 0.45 - 0.5 * x
         ),
@@ -775,7 +776,18 @@ def test_a_fold_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
         ),
         breakpoints=[middle - half, middle + half],
     )
-    found = bifurcations(f, "mu", (-5e-6, 3e-6), max_period=1)
+
+
+def test_a_fold_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
+    found = bifurcations(narrow_branch(3e-8), "mu", (-5e-6, 3e-6), max_period=1)
     assert [item.kind for item in found] == ["fold", "flip"]
-    np.testing.assert_allclose([item.value for item in found], [0.0, 1 / bend], rtol=0, atol=1e-15)
+    np.testing.assert_allclose([item.value for item in found], [0.0, 1e-10], rtol=0, atol=1e-15)
     assert found.unresolved == ()
+
+
+def test_a_flip_that_hides_beside_a_fold_is_told() -> None:
+    found = bifurcations(narrow_branch(3e-9), "mu", (-5e-6, 3e-6), max_period=1)
+    assert [item.kind for item in found] == ["fold"]
+    (left_open,) = found.unresolved
+    assert left_open.lo < 1e-12 < left_open.hi  # where the flip is
+    assert "the orbits beside the fold do not add up" in left_open.reason

@@ -74,6 +74,9 @@ def _adds_up(
 ) -> bool:
     """Check the orbits lost and born against what the kind of event allows."""
     lost, born = ([orbit.period for orbit in some] for some in (orbits_lost, orbits_born))
+    smooth = event.kind in ("fold", "transcritical", "pitchfork", "flip")
+    if smooth and any(orbit.multiplier < -1.0 for orbit in orbits_lost + orbits_born):
+        return False  # all begin with 1: a flip is as close
     if event.kind == "fold":
         pair = [event.period] * 2
         return sorted([lost, born]) == [[], pair]
