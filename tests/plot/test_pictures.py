@@ -2,8 +2,10 @@
 
 from importlib.resources import files
 
+import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, Polygon
 
 from stickslip import PiecewiseMap, examples, periodic_orbits, simulate
@@ -190,10 +192,13 @@ class TestMotion:
         assert np.nanmedian(steps) < 0.2
 
     @pytest.mark.parametrize("n", [4, 8])
-    def test_a_legend_of_many_blocks_leaves_room_for_their_lines(self, n):
+    @pytest.mark.parametrize("size", [8.0, 14.0])
+    def test_a_legend_of_many_blocks_leaves_room_for_their_lines(self, n, size):
         chain = Chain(static=np.ones(n), alpha=1.2, V=0.1, friction=Coulomb(mu=0.22))
-        ax = simulate(chain, np.eye(n)[0], np.zeros(n), t_end=2.0).plot()
-        ax.figure.draw_without_rendering()
+        motion = simulate(chain, np.eye(n)[0], np.zeros(n), t_end=2.0)
+        with mpl.rc_context({"legend.fontsize": size}):
+            ax = motion.plot(ax=Figure(layout="constrained").add_subplot())
+            ax.figure.draw_without_rendering()
         assert ax.get_position().width > 0.7
 
     def test_coordinates_of_a_structure_are_no_blocks(self, ax):

@@ -17,6 +17,7 @@ import matplotlib as mpl
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 
 from stickslip.files import PICTURE_FORMATS, whole_file
 
@@ -129,14 +130,15 @@ def legend_columns(axes: Axes) -> int:
     """Tell how many entries of a legend above the axes stand beside each other."""
     markup = str.maketrans("", "", "${}_")
     labels = [label.translate(markup) for label in axes.get_legend_handles_labels()[1]]
-    width = axes.figure.bbox.width / axes.figure.dpi
+    size = FontProperties(size=mpl.rcParams["legend.fontsize"]).get_size_in_points()
+    width = 72.0 * axes.figure.bbox.width / axes.figure.dpi / size
     fitting = int(width / (LEGEND_LINE + LEGEND_LETTER * max(map(len, labels))))
     return min(len(labels), max(fitting, 1))
 
 
-LEGEND_LINE: Final = 0.5
-LEGEND_LETTER: Final = 0.07
-"""Inches that an entry of a legend takes, apart from its letters and for each of them."""
+LEGEND_LINE: Final = 4.5
+LEGEND_LETTER: Final = 0.63
+"""Font sizes that an entry of a legend takes, apart from its letters and for each of them."""
 
 
 def axes_or_new(ax: Axes | None) -> Axes:
