@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from abc import ABC, abstractmethod
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -219,32 +219,40 @@ class RecordTerm(Term):
         x, v = np.split(np.array([self.state_at(k) for k in self._some]), 2, axis=1)
         return np.repeat([max(float(part.std()), 1e-12) for part in (x, v)], x.shape[1])
 
-    def state_at(self, k: int, known: Floats | None = None) -> Floats:
-        """Guess of the state at a sample: a known one or from those near it; who may ride does."""
-        seen = self._about(k)[0].ravel()
-        if not self.over_belt:
-            return seen if known is None else known
-        n, V = len(seen) // 2, self.model.plant.V
-        if known is not None:
-            seen = np.where(np.append(np.full(n, True), known[n:] != V), known, seen)
-        return np.append(seen[:n], np.where(self._may_ride(k), V, seen[n:]))
+    def state_at(self, k: int) -> Floats:
+        """Guess of the state at a sample from those near it; who may ride does."""
+        state, rides = self._seen(k)
+        return self._carried(state, rides)
 
-    def _may_ride(self, k: int) -> NDArray[np.bool_]:
-        """Whether each block has the belt's velocity at a sample, as far as those near it tell."""
-        (_, speeds), _, errors = self._about(k)
-        return np.abs(speeds - self.model.plant.V) <= SURE * errors * self._scatter
+    def _seen(self, k: int) -> tuple[Floats, NDArray[np.bool_]]:
+        """State at a sample, and who may have the belt's velocity, as far as those near it tell."""
+        found, _, errors = self._about(k)
+        if not self.over_belt:
+            return found.ravel(), np.full(len(errors), False)
+        off = np.abs(found[1] - self.model.plant.V)
+        return found.ravel(), off <= SURE * errors * self._scatter
+
+    def _carried(self, state: Floats, blocks: NDArray[np.bool_]) -> Floats:
+        """Give some blocks of a state the velocity of the belt."""
+        found = state.copy()
+        if blocks.any():
+            found[len(blocks) :][blocks] = self.model.plant.V[blocks]
+        return found
 
     def _likely(self, k: int, known: Floats | None = None) -> Floats:
         """Guess of the state at a sample: who may ride does, unless slip tells the next better."""
-        best, slip = self.state_at(k, known), self._about(k)[0][1]
-        n = len(slip)
-        jumps = ~self._unknown(np.zeros(2 * n))[n:]
-        if not (jumps.any() and (rides := self._may_ride(k) & jumps).any()):
-            return best
-        least, _ = self._misfit_from(k, best)
-        for block in np.flatnonzero(rides):
+        seen, rides = self._seen(k)
+        n, state = len(rides), seen if known is None else known.copy()
+        if known is not None and self.over_belt:  # who rode may not any more
+            rode = known[n:] == self.model.plant.V
+            state[n:][rode] = seen[n:][rode]
+        best = self._carried(state, rides)
+        open_ = np.flatnonzero(rides & ~self._unknown(np.zeros(2 * n))[n:])
+        if len(open_):
+            least, _ = self._misfit_from(k, best)
+        for block in n + open_:
             other = best.copy()
-            other[n + block] = slip[block]
+            other[block] = seen[block]
             misfit, n_free = self._misfit_from(k, other)
             if least - misfit > SURE**2 * max(misfit / n_free, EXACT):
                 best, least = other, misfit
@@ -260,7 +268,8 @@ class RecordTerm(Term):
         belt = self._belt(self.model)
         moves = self._unknown(state - belt)
 
-        def compared(own: Floats) -> tuple[Floats, Floats]:
+        @lru_cache(maxsize=1)  # asked for residuals, then for slopes
+        def compared(*own: float) -> tuple[Floats, Floats]:
             start = state.copy()
             start[moves] = own
             table = _Rows(self.data, len(state) + len(self.zero), self.zero)
@@ -271,10 +280,10 @@ class RecordTerm(Term):
             return residuals, np.nan_to_num(jacobian[:, : len(state)][:, moves], posinf=0, neginf=0)
 
         def residuals(own: Floats) -> Floats:
-            return compared(own)[0]
+            return compared(*own)[0]
 
         def slopes(own: Floats) -> Floats:
-            return compared(own)[1]
+            return compared(*own)[1]
 
         try:
             found = least_squares(residuals, state[moves], slopes, x_scale="jac", max_nfev=TRIES)
