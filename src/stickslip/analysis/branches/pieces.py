@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.laps import Indices, Laps
-    from stickslip.analysis.branches.mesh import RESOLUTION
-from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Floats
 
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
 MOST_LAPS: Final = 2048  # of a map, for which a table is made of what leads where

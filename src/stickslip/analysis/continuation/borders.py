@@ -17,10 +17,9 @@ from stickslip.analysis.branches.along.tracked import (
 )
 from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.continuation.half_period import NOISE, ROUNDING
+from stickslip.analysis.continuation.half_period import ROUNDING
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import SAME, domain_width, sample
-from stickslip.numerics.zeros import MAX_STEPS
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -32,9 +31,11 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
 
-OVERTAKES: Final = 32.0  # times the orbit's step, the last that failed: how far a break may be
+OVERTAKES: Final = 32.0  # times the orbit's step: how far a break may come from
 NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for
 FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
+MAX_STEPS: Final = 60
+STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink below it are noise
 SHRINKS: Final = 0.9  # at a tangency, too, each step is half or two thirds of the one before
 
 
@@ -184,7 +185,7 @@ def meet(
     for _ in range(MAX_STEPS):
         step = problem.newton_step(before, now)
         change = abs(step[index])
-        noise = change <= NOISE * (high - low) and change >= SHRINKS * last
+        noise = change <= STALLED * (high - low) and change >= SHRINKS * last
         if noise or change <= ROUNDING * max(abs(now.value), high - low):
             return now
         q = min(max(now.value + step[index], low), high)

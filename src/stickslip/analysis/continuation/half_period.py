@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MAX_SECANT: Final = 30
 FIRST_CHANGE: Final = 1e-5  # of the parameter's range: for the first secant
 ROUNDING: Final = 4 * EPS  # of the size of the parameter: a last step
-NOISE: Final = 1e-9  # of multiplier + 1, or the range: steps that do not shrink below are noise
+NOISE: Final = 1e-9  # of multiplier + 1: steps that do not shrink below it are rounding
 
 
 def shrinks_to_half(f: Any, before: Floats, after: Floats) -> bool:

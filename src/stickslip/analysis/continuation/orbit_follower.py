@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
-from stickslip.analysis.continuation.borders import (
-    OVERTAKES,
-    encounters,
-    meet,
-    unlabelled_encounters,
-)
+from stickslip.analysis.continuation.borders import encounters, meet, unlabelled_encounters
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
     MAX_POINTS,
@@ -57,6 +52,7 @@ if TYPE_CHECKING:
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
 BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
 AHEAD: Final = 0.5  # cosine: the end of a curve lies in the direction of travel
+REACHES: Final = 32.0  # times the last step that failed: how far off its end may be
 TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
 ON_BORDER: Final = 1e-10  # of the domain
 NEARBY: Final = 1e-3  # scaled: where the end at a break without a label may be
@@ -212,7 +208,7 @@ class LineOrbitFollower(OrbitFollower):
             return self.end(last, "step limit")
         for met in encounters(self.equations, points, value, stop.cause):
             if met.harmless is None:
-                end = self._end_at(last, met, OVERTAKES * last.step, half)
+                end = self._end_at(last, met, REACHES * last.step, half)
                 if end is not None:
                     return end
             if met.harmless is not None:  # some are only there where the orbit meets them

@@ -16,11 +16,7 @@ from stickslip.analysis.attractors.attractors import spread_points
 from stickslip.analysis.bifurcations.bifurcation import attempted
 from stickslip.analysis.bifurcations.bifurcations import N_LISTS
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_LISTS as N_LISTS_ND
-from stickslip.analysis.bifurcations.in_space.bifurcations_nd import (
-    N_STARTS,
-    SAME_VALUE,
-    OrbitSurvey,
-)
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_STARTS, OrbitSurvey
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
 from stickslip.analysis.bifurcations.scan.nodes import Family
@@ -51,6 +47,7 @@ if TYPE_CHECKING:
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
+AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 
 
@@ -266,7 +263,7 @@ def _missing(values: Floats, orbits: Sequence[OrbitCurve]) -> tuple[str, ...]:
     texts = []
     for orbit in orbits:
         low, high = (end.value for end in orbit.ends)
-        slack = SAME_VALUE * (values[-1] - values[0])
+        slack = AT_END * (values[-1] - values[0])
         absent = (values > low + slack) & (values < high - slack) & ~orbit.exists
         if absent.any():
             where = ", ".join(f"{value:.12g}" for value in values[absent][:3])

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     Indices = NDArray[np.integer[Any]]
 
+TYPICAL: Final = 256  # points kept of a chaotic motion
 NEIGHBOURS: Final = 32  # points of the attractor beside that of the shortest way
 ROUNDS: Final = 64  # of displacements that are tried, at most
 HALVINGS: Final = 40  # of the way across a boundary
@@ -89,7 +90,7 @@ class LineSurroundings:
         self.f, self.basins, self.k = f, basins, k
         self.attractor: Attractor = basins.attractors[k]
         self.fast = stand_in(f)
-        points = advance(self.fast, np.array([self.attractor.point]), 2 * BLOCK)[0, -BLOCK:]
+        points = advance(self.fast, np.array([self.attractor.point]), 2 * TYPICAL)[0, -TYPICAL:]
         orbit = self.attractor.orbit
         points = points[np.isfinite(points)] if orbit is None else orbit.points
         self.points = np.asarray(points)[:, None]

@@ -34,9 +34,10 @@ UNBELIEVABLE: Final = 1.0  # relative change of a gradient from one reading to t
 SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
 FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
 LARGEST: Final = 10.0  # of either: its largest scale
-MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point; short ways move it less
+MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point
 CLOSER: Final = (1e-2, -1e-2, 1e-4, -1e-4)  # of that, where a break is in the way
 CLOSE: Final = 1e-9  # scaled: how far an end is closed in on
+NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way
 ASIDE: Final = 1e-2  # of such a step: how far the curve may be from its tangent
 
 
@@ -241,7 +242,7 @@ def moved(equations: Equations, last: CurvePoint, length: float) -> CurvePoint:
     q, s = (last.y + length * equations.scale * last.tangent)[-2:].tolist()
     # Orthogonal to the curve in the scaled plane.
     normal = np.array([along_s * scale_q, -along_q * scale_s]) / math.hypot(along_q, along_s)
-    near = MOVES * domain_width(plane.system)
+    near = NEAR * domain_width(plane.system)
     first = last.note.condition.at(plane.map_at(q, s))
     if not _same(last.note, first, near):
         raise ConditionLost("another orbit")

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
+NEAR: Final = 1e-3  # of the domain: how far off the start of a curve may be
 ANGLES: Final = {"fold": 0.0, "flip": np.pi}
 BORDERS: Final = ("border_collision", "enters_gap")
 NEAREST: Final = 1e-6  # of the domain: labels are compared so far to both sides of a border
@@ -338,7 +339,7 @@ class CriticalFollower(PlaneFollower):
         scale = np.array([*reach, *np.ones(len(turn)), steep, width])
         self.equations.widths = steep, width
         self.curve = self.line(self.equations, scale)
-        return first_point(self.curve, y, wrong, MOVES * float((domain / reach).max()))
+        return first_point(self.curve, y, wrong, NEAR * float((domain / reach).max()))
 
     def points(self, point: CurvePoint) -> Floats:
         """Return the points of the orbit."""

@@ -27,12 +27,13 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
-FIRST: Final = 1e-6  # of the domain's width: half of the first bracket; so well lines meet anchors
+FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
 SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are
 FAN: Final = np.outer(0.125 ** np.arange(3), [-1.0, 1.0]).ravel()  # of the bracket: looked at
 WIDENING: Final = 16.0
 WIDEST: Final = 0.05  # of the domain's width: a breakpoint further off is lost
 PLACES: Final = 4  # that a prediction goes through
+MET: Final = 1e-6  # of the domain's width: how well a line must meet an anchor
 REMAINS: Final = 0.5  # of the difference between the sides, from one value to the next
 
 
@@ -71,7 +72,7 @@ def follow_breakpoints(
         reached, end = _march(maps, values, inside, here, there)
         for line, column in zip(owners, reached.T, strict=True):
             _enter(lines[line][1], inside, column)
-        reach = FIRST * domain_width(after[1].f)
+        reach = MET * domain_width(after[1].f)
         old = _matched(here, end, there, reach)
         fresh = there.take([k for k, row in enumerate(old) if row is None])
         new = _new_lines(lines, fresh, len(values))
