@@ -254,6 +254,22 @@ def test_a_difference_that_comes_too_late_is_not_denied(monkeypatch):
     assert late == ("the motions on both sides make the same first 400 events", None)
 
 
+def test_motions_are_followed_no_further_than_itineraries_say(monkeypatch):
+    # To the right of the last break but one no motion returns.
+    gap = ss.branches(ss.event_map(LAW9)).breakpoints[-2]
+    assert gap.kind == "edge"
+    followed, slip_from = [], ss.event_map(LAW9).__class__.slip_from
+
+    def counted(f, d, n):
+        motion = slip_from(f, d, n)
+        followed.append(len(motion.events))
+        return motion
+
+    monkeypatch.setattr(ss.event_map(LAW9).__class__, "slip_from", counted)
+    assert mechanism_between(ss.event_map(LAW9), *gap.interval).text == gap.mechanism
+    assert sum(followed) < 200
+
+
 def test_maps_of_ones_own_have_no_mechanism():
     f = ss.PiecewiseMap(lambda x: abs(x - 0.25), (0, 1))
     (corner,) = ss.breakpoints(f)

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
         def rtol(self) -> float:
             """Of the motions."""
 
+        def itinerary(self, d: float, /) -> str:
+            """Modes of each phase of the motion from a point."""
+
         def slip_from(self, d: float, max_events: int, /) -> Trajectory:
             """Follow the motion from a point to the next one."""
 
@@ -45,25 +48,35 @@ APART = (0, 4, 64, 1024, 16384)
 # They truncate differently, too: in multiples of the map's tolerance, how far from its break that
 # of the trajectories is looked for.
 ASTRAY = (10.0, 100.0)
-# A motion without return is followed for so many events, the other's number aside.
-MAX_EVENTS = 400
+# A motion without return is followed for so many events, the other's number aside; or for some
+# more than itineraries share.
+MAX_EVENTS, MORE = 400, 8
 
 
 UNKNOWN = Mechanism("the motions on both sides make the same events", None)
 TOO_LATE = Mechanism(f"the motions on both sides make the same first {MAX_EVENTS} events", None)
+UNDECIDED = UNKNOWN, TOO_LATE
 
 
 def mechanism_between(f: Traced, left: float, right: float) -> Mechanism:
     """Explain why the itinerary changes between two adjacent starting points."""
     # ``text``, such as "block 2 grazes its stick interval near X_2 = 0.00185".
-    found = UNKNOWN
-    for ulps in APART:
-        found = _compare(f, left - ulps * math.ulp(left), right + ulps * math.ulp(right))
-        if found not in (UNKNOWN, TOO_LATE):
+    low, high = f.domain
+    down, up = math.ulp(left), math.ulp(right)
+    pairs = [(max(left - k * down, low), min(right + k * up, high)) for k in APART]
+    # The map's itineraries cost little, and say how far to look.
+    for ends in pairs:
+        n = _n_shared(*(f.itinerary(d).split() for d in ends))
+        if n is not None:
+            found = _compare(f, *ends, min(2 * n + MORE, MAX_EVENTS))
+            if found not in UNDECIDED:
+                return found
+    for ends in pairs:
+        if (found := _compare(f, *ends, MAX_EVENTS)) not in UNDECIDED:
             return found
     for far in ASTRAY:
-        if ends := _break_between(f, left - far * f.rtol, right + far * f.rtol):
-            return _compare(f, *ends)
+        if broken := _break_between(f, left - far * f.rtol, right + far * f.rtol):
+            return _compare(f, *broken, MAX_EVENTS)
     return found
 
 
@@ -82,10 +95,16 @@ def _events(f: Traced, d: float) -> tuple[list[int], list[tuple[int, str]]]:
     return motion.modes[0].tolist(), [event[1:] for event in motion.events]
 
 
-def _compare(f: Traced, left: float, right: float) -> Mechanism:
-    low, high = f.domain
-    first, second = (f.slip_from(d, MAX_EVENTS) for d in (max(left, low), min(right, high)))
-    return difference_of(first, second)
+def _n_shared(first: list[str], second: list[str]) -> int | None:
+    """How many phases two itineraries begin with alike; None if they are the same."""
+    if first == second:
+        return None
+    pairs = enumerate(zip(first, second, strict=False))
+    return next((k for k, (a, b) in pairs if a != b), min(len(first), len(second)))
+
+
+def _compare(f: Traced, left: float, right: float, n: int) -> Mechanism:
+    return difference_of(*(f.slip_from(d, n) for d in (left, right)))
 
 
 def difference_of(first: Trajectory, second: Trajectory) -> Mechanism:
@@ -100,10 +119,12 @@ def difference_of(first: Trajectory, second: Trajectory) -> Mechanism:
     for number, (a, b) in enumerate(zip(first.events, second.events, strict=False)):
         if a[1:] != b[1:] or abs(a.time - b.time) > SAME_TIME * (1.0 + a.time):
             return _explain(first, second, number)
-    shorter = min(len(first.events), len(second.events))
+    shorter = min(first, second, key=lambda motion: len(motion.events))
+    if shorter.status == status.EVENT_LIMIT:
+        return TOO_LATE
     if len(first.events) != len(second.events):
-        return _explain(first, second, shorter)
-    return TOO_LATE if status.EVENT_LIMIT in (first.status, second.status) else UNKNOWN
+        return _explain(first, second, len(shorter.events))
+    return UNKNOWN
 
 
 def _explain(first: Trajectory, second: Trajectory, number: int) -> Mechanism:
