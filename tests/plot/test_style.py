@@ -11,6 +11,7 @@ from stickslip.plot.style import (
     PALETTE,
     WIDTHS,
     axes_or_new,
+    label_once,
     new_figure,
     panel_letter,
     pictured,
@@ -140,6 +141,22 @@ def test_a_legend_above_the_axes_fits(n):
     assert box.x0 >= 0.0
     assert box.x1 <= figure.bbox.x1 + 1.0
     assert box.y0 >= ax.get_window_extent().y1 - 1.0
+
+
+@pytest.mark.parametrize(
+    ("limits", "named"), [((0.0, 1.0), "abc"), ((0.5, 1.0), "ac"), ((2.0, 3.0), "c")]
+)
+def test_a_legend_names_what_is_seen(limits, named):
+    def draw(ax):
+        for name, x in (("b", 0.1), ("a", 0.3), ("a", 0.7)):
+            ax.plot([x, x], [-9.0, 0.5], "o", label=label_once(ax, name))
+        ax.plot([0.0, 9.0], [0.0, 0.0], label="c")
+        ax.set(xlim=limits, ylim=(-1.0, 1.0))
+        return ax
+
+    with style():
+        (legend,) = pictured(draw, 4.0).legends
+    assert sorted(text.get_text() for text in legend.get_texts()) == list(named)
 
 
 def test_a_legend_is_drawn_once_and_equal_scales_leave_no_empty_quarters():

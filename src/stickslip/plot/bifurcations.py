@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from stickslip.numerics.arrays import Floats
-from stickslip.plot.style import PALETTE, axes_or_new
+from stickslip.plot.style import PALETTE, axes_or_new, label_once
 from stickslip.vocabulary import TERMS, symbol
 
 ROUNDING: Final = 1e-12
@@ -197,8 +197,6 @@ def mark(ax: Axes, kind: str, x: Floats, y: Floats, **style: Any) -> None:
     """Draw the mark of a kind of bifurcation; its label, for a legend, once per axes."""
     y = y[:, 0] if y.ndim > 1 else y
     marker, color = MARKS.get(kind, _OTHER)
-    label = _words(kind)
-    known = ax.get_legend_handles_labels()[1]
     looks: dict[str, Any] = {
         "ls": "none",
         "marker": marker,
@@ -207,7 +205,7 @@ def mark(ax: Axes, kind: str, x: Floats, y: Floats, **style: Any) -> None:
         "mec": "white",
         "mew": 0.4,
         "zorder": 6,
-        "label": "_nolegend_" if label in known else label,
+        "label": label_once(ax, _words(kind)),
     }
     ax.plot(x, y, **{**looks, **style})
 

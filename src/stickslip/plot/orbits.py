@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from stickslip.plot.bifurcations import coordinate_label, name_steps, symbol_of
 from stickslip.plot.maps import mark_orbit
-from stickslip.plot.style import PALETTE, axes_or_new
+from stickslip.plot.style import PALETTE, axes_or_new, label_once
 
 
 def draw_orbit(orbit: Any, ax: Axes | None = None, **style: Any) -> Axes:
@@ -29,8 +29,7 @@ def draw_orbits(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) -> 
         crossing = {"marker": "x", "mec": PALETTE["purple"], "mew": 1.0}
         looks: dict[str, Any] = crossing if orbit.infinitely_unstable else {}
         name = "stable" if orbit.stable else "through a jump" if looks else "unstable"
-        known = ax.get_legend_handles_labels()[1]
-        looks["label"] = "_nolegend_" if name in known else name
+        looks["label"] = label_once(ax, name)
         mark_orbit(ax, orbit.points, stable=bool(orbit.stable), **{**looks, **style})
     if bare:
         ax.axline((0.0, 0.0), slope=1.0, color=PALETTE["grey"], lw=0.5, zorder=1)
@@ -62,7 +61,7 @@ def draw_orbits_nd(orbits: Sequence[Any], ax: Axes | None = None, **style: Any) 
         looks: dict[str, Any] = {} if orbit.stable else {"mfc": "white"}
         looks["color"] = f"C{periods.index(orbit.period)}"
         name = f"period {orbit.period}"
-        looks["label"] = "_nolegend_" if name in ax.get_legend_handles_labels()[1] else name
+        looks["label"] = label_once(ax, name)
         ax.plot(x, y, "o", **{**looks, **style})
     if len(periods) > 1:
         ax.legend(loc="best", fontsize="small")

@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 import matplotlib as mpl
+import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -120,10 +121,27 @@ def pictured(draw: Callable[[Axes], Axes], height: float) -> Figure:
     axes = draw(figure.add_subplot())
     if 1.0 in (axes.get_aspect(), axes.get_box_aspect()):
         figure.set_figwidth(height)
-    labels = axes.get_legend_handles_labels()[1]
-    if labels and axes.get_legend() is None:
-        figure.legend(loc="outside upper right", ncols=legend_columns(axes))
+    if axes.get_legend() is None:
+        _leave_out_unseen(axes)
+        if axes.get_legend_handles_labels()[1]:
+            figure.legend(loc="outside upper right", ncols=legend_columns(axes))
     return figure
+
+
+def label_once(axes: Axes, name: str) -> str:
+    """Return a label for one more artist of a name, which legends list once."""
+    return f"_{name}" if name in axes.get_legend_handles_labels()[1] else name
+
+
+def _leave_out_unseen(axes: Axes) -> None:
+    """Take names of marks that all lie outside the axes' limits out of legends."""
+    shown = axes.viewLim
+    for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+        named = [line for line in axes.lines if line.get_label() in (name, f"_{name}")]
+        if named and all(line.get_linestyle() == "None" for line in named):
+            points = np.concatenate([line.get_xydata() for line in named])
+            if not ((points >= shown.min) & (points <= shown.max)).all(axis=1).any():
+                handle.set_label(f"_{name}")
 
 
 def legend_columns(axes: Axes) -> int:
