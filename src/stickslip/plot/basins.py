@@ -193,7 +193,7 @@ def _name(basins: Any, k: int) -> str:
     if k != LEFT:
         attractor = basins.attractors[k]
         name = f"attractor {k}: {attractor.kind}, period {attractor.period}"
-    return f"{name} (and {share:.3f} ± {error:.1g}, sampled)" if share else name
+    return f"{name} (and {share:.3g} ± {error:.1g}, sampled)" if share else name
 
 
 def _as_strip(ax: Axes, top: float, attractors: Sequence[Any]) -> Axes:

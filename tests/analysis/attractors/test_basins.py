@@ -1,5 +1,7 @@
 """Basins against maps whose basin edges are known, and against brute force."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.analysis.known_maps import border_collision, logistic, square_root, tent_with_hole
@@ -188,6 +190,15 @@ def test_what_is_interwoven_is_sampled():
     assert result.left == pytest.approx(1)
     assert np.diff(result.edges)[result.index == -1].max() <= 2e-5
     assert "sampled" in repr(result)
+
+
+def test_a_share_is_told_to_the_digits_of_its_error():
+    found = basins(tent_with_hole(3.0), resolution=1e-5)
+    rare = replace(found, counts=np.array([1, 19_999]))
+    assert 0 < rare.sampled(LEFT)[0] < 5e-5
+    for text in (repr(rare), *rare.plot().get_legend_handles_labels()[1]):
+        assert " 0.000 " not in text
+        assert " 0.0000 " not in text
 
 
 def test_sampled_shares_agree_with_brute_force():

@@ -146,7 +146,7 @@ class Basins(Result):
 
     def _in_words(self, k: int) -> str:
         share, error = self.sampled(k)
-        return f"{self.proved(k):.6f}" + (f" + {share:.4f} ± {error:.1g} sampled" if share else "")
+        return f"{self.proved(k):.6f}" + (f" + {share:.4g} ± {error:.1g} sampled" if share else "")
 
     def _columns(self) -> dict[str, Any]:
         """Lay out the intervals; attractors are numbered from 1, 0 is none."""
