@@ -127,6 +127,14 @@ def test_mp4_without_ffmpeg_is_said(client, monkeypatch):
     assert "ffmpeg" in reply.json()["error"]["message"]
 
 
+@pytest.mark.parametrize("ffmpeg", [None, "/usr/bin/ffmpeg"])
+def test_a_page_offers_the_films_that_are_written_here(client, monkeypatch, ffmpeg):
+    monkeypatch.setattr("shutil.which", lambda _: ffmpeg)
+    offered = client.get("/static/shipped/limits.json").json()["exports"]["mechanism"]
+    assert "gif" in offered
+    assert ("mp4" in offered) == bool(ffmpeg)
+
+
 def test_a_film_of_another_ending_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"\.gif"):
         animation.film(None, str(tmp_path / "x.avi"))

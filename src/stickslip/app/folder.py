@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import posixpath
 import re
+import shutil
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -23,6 +24,14 @@ HEAD: Final = "  </head>"
 def presets() -> list[dict[str, Any]]:
     """Return names, titles and states of the page."""
     known: list[dict[str, Any]] = msgspec.json.decode((SHIPPED / PRESETS).read_bytes())
+    return known
+
+
+def allowed() -> dict[str, Any]:
+    """Return models, laws, bounds and formats; films as MP4 where this machine can write them."""
+    known: dict[str, Any] = msgspec.json.decode((SHIPPED / LIMITS).read_bytes())
+    if not shutil.which("ffmpeg"):
+        known["exports"]["mechanism"].remove("mp4")
     return known
 
 

@@ -30,7 +30,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-from stickslip.app.folder import PRESETS, SHIPPED, STATIC, page, presets
+from stickslip.app.folder import LIMITS, PRESETS, SHIPPED, STATIC, allowed, page, presets
 
 if TYPE_CHECKING:
     from stickslip.app.explorer import Explorer
@@ -127,6 +127,7 @@ def application(
         Route("/export", site.export, methods=["POST"]),
         WebSocketRoute("/ws", site.talk),
         Route(f"/static/{SHIPPED.name}/{PRESETS}", lambda _: json(listed)),
+        Route(f"/static/{SHIPPED.name}/{LIMITS}", lambda _: json(msgspec.json.encode(allowed()))),
         Mount("/static", StaticFiles(directory=STATIC)),
     ]
     middleware = [Middleware(SafeHeaders, hosts=hosts_of(host), framed_by=framed_by)]
