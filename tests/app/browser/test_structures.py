@@ -459,3 +459,20 @@ def test_two_blocks_of_a_file_start_where_their_present_map_has_points(explorer,
     assert explorer.state["d"] == pytest.approx(d, rel=1e-9)
     shown = explorer.page.evaluate("() => explorer.answers.get('cobweb').parts[0].arrays.orbit[0]")
     assert shown == explorer.state["d"]
+
+
+@pytest.mark.parametrize(("preset", "what"), [("damper", "block"), ("drill-string", "contact")])
+def test_why_a_map_breaks_is_told_in_the_words_of_the_model(explorer, preset, what):
+    explorer.show(f"preset={preset}", "map")
+    (told,) = explorer.page.evaluate(
+        """async () => {
+            const { breakThings } = await import("./static/objects.js");
+            const [part] = explorer.answers.get("map").parts.slice(-1);
+            const mechanism = "beyond, contact 1 makes no release; block 1 grazes, both blocks";
+            Object.assign(part.data, { breakpoints: [{ at: 4, left: 1, right: 2, mechanism }] });
+            part.arrays.x ??= [];
+            return breakThings(explorer).map(({ why }) => why);
+        }"""
+    )
+    assert told == f"beyond, {what} 1 makes no release; {what} 1 grazes, both {what}s"
+    explorer.open()

@@ -27,6 +27,7 @@ import {
   startState,
   sticksAsOne,
   valueOf,
+  whatRubs,
   withForcing,
   withFormula,
   withLaw,
@@ -356,8 +357,7 @@ export class Controls {
       ({ law, title }) => /** @type {[string, string]} */ ([law, title]),
     );
     const put = (/** @type {any} */ law) => app.setModel(withLaw(app.state.model, block, law));
-    const what = isStructure(app.state.model) ? "contact" : "block";
-    const label = each ? `Friction law of ${what} ${block + 1}` : "Friction law";
+    const label = each ? `Friction law of ${whatRubs(app.state.model)} ${block + 1}` : "Friction law";
     const now = (/** @type {State} */ { model }) => lawsOf(model)[block];
     const choice = this.#select(
       label,

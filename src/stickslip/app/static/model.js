@@ -158,6 +158,9 @@ function parametersOfLaw(limits, law) {
     }));
 }
 
+/** What rubs, in the words of a model. @param {Model} model */
+export const whatRubs = (model) => (isStructure(model) ? "contact" : "block");
+
 /**
  * Parameters of a model's kind, of what forces it and of its laws; names are those of the library,
  * `mu_2` where each block has a law.
@@ -166,7 +169,7 @@ function parametersOfLaw(limits, law) {
  */
 export function parametersOf(limits, model, kept = {}) {
   const { parameters, forcing } = kindEntry(limits, model.kind);
-  const what = isStructure(model) ? "contact" : "block";
+  const what = whatRubs(model);
   const ofLaws = lawsOf(model).map((law, k) =>
     parametersOfLaw(limits, law).map((one) => (hasLaws(model) ? ofBlock(one, k + 1, what) : one)),
   );

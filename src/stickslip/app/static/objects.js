@@ -7,12 +7,14 @@
  * @import {Plot} from "./plot.js"
  */
 import { named } from "./marks.js";
+import { whatRubs } from "./model.js";
 import { modeBar } from "./modes.js";
 import { short, spelled } from "./numbers.js";
 import { alike } from "./shipped.js";
 
 /** Where a mechanism goes into numbers, too long for a sentence. */
 export const AWAY = /(, X|:| near X)/;
+const RUBS = /\b(?:block|contact)(?=s?\b)/g; // in the library's words
 const NEAR = 8; // pixels within which the pointer means a mark
 const BESIDE = 1 / 400; // of the domain, or of the range: just before, just after
 
@@ -81,7 +83,7 @@ export function orbitThing(app, orbit) {
 export function breakThings(app) {
   const values = app.answers.get("map")?.parts.findLast((part) => part.arrays.x)?.data;
   return (values?.breakpoints ?? []).map((/** @type {any} */ one) => ({
-    ...plain("break", one.kind, one.at, "d", one),
+    ...plain(app, "break", one.kind, one.at, "d", one),
     what: `breakpoint, from ${short(one.left)} to ${short(one.right)}`,
     modes: one.itineraries ?? [],
     go: (/** @type {number} */ side) => startAt(app, one.at, side),
@@ -93,7 +95,7 @@ export function bifurcationThings(app) {
   const part = app.answers.get("diagram")?.parts.find(({ data }) => data.bifurcations);
   const { parameter, range } = app.state.diagram;
   return (part?.data.bifurcations ?? []).map((/** @type {any} */ one) => ({
-    ...plain("bifurcation", one.short, one.value, parameter, one),
+    ...plain(app, "bifurcation", one.short, one.value, parameter, one),
     what: `${one.kind.replaceAll("_", " ")}${one.period ? `, period ${one.period}` : ""}`,
     go: (/** @type {number} */ side) =>
       app.goTo(one.value + side * BESIDE * (range[1] - range[0]), one.points[0]),
@@ -102,13 +104,14 @@ export function bifurcationThings(app) {
 
 /** What has a place and a mechanism, but no multiplier. */
 const plain = (
+  /** @type {App} */ app,
   /** @type {Thing["sort"]} */ sort,
   /** @type {string} */ name,
   /** @type {number} */ at,
   /** @type {string} */ along,
   /** @type {any} */ of,
 ) => {
-  const why = spelled(of.mechanism ?? "");
+  const why = spelled(of.mechanism ?? "").replace(RUBS, whatRubs(app.state.model));
   return { key: `${sort} ${name} ${at}`, sort, name, at, along, factor: null, why, modes: [], of };
 };
 

@@ -53,7 +53,7 @@ export const STEPS = /** @type {const} */ ([
       ["alpha", 1.208],
       " to ",
       ["alpha", 1.211],
-      ", period-2 orbits are born at the cusp (BC, alpha = 1.20912), S1 loses its stability (PD, 1.20986), and motions wander in two bands: chaos. At CR, alpha = 1.2153, the chaos meets an unstable orbit and ends.",
+      ", period-2 orbits are born at the cusp (BC, α = 1.20912), S1 loses its stability (PD, 1.20986), and motions wander in two bands: chaos. At CR, α = 1.2153, the chaos meets an unstable orbit and ends.",
     ],
   },
 ]);

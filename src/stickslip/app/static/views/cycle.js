@@ -4,7 +4,7 @@
  * @import {App} from "../app.js"
  */
 import { element } from "../dom.js";
-import { isStructure, mapOf, sticksAsOne } from "../model.js";
+import { mapOf, sticksAsOne, whatRubs } from "../model.js";
 import { listed, short, spelled } from "../numbers.js";
 import { View } from "./view.js";
 
@@ -43,7 +43,7 @@ export class CycleView extends View {
     const ours = sticksAsOne(this.app.state.model) ? [] : map;
     if (cycle?.why) return this.table.replaceChildren(rowsOf([["cycle", cycle.why], ...ours]));
     if (!cycle) return this.table.replaceChildren(rowsOf([["cycle", this.emptyText("cycle")], ...ours]));
-    const what = isStructure(this.app.state.model) ? "contact" : "block";
+    const what = whatRubs(this.app.state.model);
     const lines = [
       ["period", short(cycle.period, 10)],
       ["stability", stability(cycle)],

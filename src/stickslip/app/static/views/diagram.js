@@ -9,7 +9,7 @@ import { BIFURCATIONS, Labels, mark } from "../marks.js";
 import { noStrands, strands } from "../strands.js";
 import { AWAY, bifurcationThings, told, under } from "../objects.js";
 import { indexed, startPoint } from "../model.js";
-import { short, span, spelled } from "../numbers.js";
+import { short, span } from "../numbers.js";
 import { colors } from "../theme.js";
 import { View } from "./view.js";
 
@@ -67,16 +67,18 @@ export class DiagramView extends View {
 
   /** @override */
   sentence() {
-    const { app, bifurcations } = this;
+    const { app } = this;
     if (!this.parts.some((part) => part.data.bifurcations)) return "";
     const { parameter, range } = app.state.diagram;
     const beside = app.parameter < range[0] ? "left" : app.parameter > range[1] ? "right" : "";
     const where = beside ? `${beside} of what is shown` : "the line";
     const here = `At ${app.written(parameter)} = ${short(app.parameter, 6)}, ${where}`;
-    if (!bifurcations.length) return `${here}: nothing changes in this range.`;
-    const ahead = bifurcations.filter(({ value }) => value > app.parameter);
-    const next = ahead[0] ?? bifurcations.at(-1);
-    return `${here}; ${ahead[0] ? `next on the right, at ${short(next.value, 8)}` : `behind, at ${short(next.value, 8)}`}: ${next.kind.replaceAll("_", " ")}${next.mechanism ? `, ${spelled(next.mechanism).split(AWAY)[0]}` : ""}.`;
+    const things = bifurcationThings(app);
+    if (!things.length) return `${here}: nothing changes in this range.`;
+    const ahead = things.find(({ at }) => at > app.parameter);
+    const { at, of, why } = ahead ?? things[things.length - 1];
+    const place = `${ahead ? "next on the right" : "behind"}, at ${short(at, 8)}`;
+    return `${here}; ${place}: ${of.kind.replaceAll("_", " ")}${why && `, ${why.split(AWAY)[0]}`}.`;
   }
 
   /** @returns {Part | undefined} */

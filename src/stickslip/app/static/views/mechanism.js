@@ -5,7 +5,7 @@
  * @import {Plot} from "../plot.js"
  */
 import { element } from "../dom.js";
-import { isStructure } from "../model.js";
+import { isStructure, whatRubs } from "../model.js";
 import { column, listed, short, span } from "../numbers.js";
 import { mathText } from "../plot.js";
 import { SANS, colors } from "../theme.js";
@@ -67,7 +67,7 @@ export class MechanismView extends View {
       contactName(clock.model, contact, c).toLowerCase(),
     );
     const same = doing.length > 1 && doing.every((/** @type {string} */ one) => one === doing[0]);
-    const all = isStructure(clock.model) ? "contacts" : "blocks";
+    const all = `${whatRubs(clock.model)}s`;
     const each = doing.map((/** @type {string} */ one, /** @type {number} */ c) => `${names[c]} is ${one}`);
     const groups = [...new Set(doing)].map((one) => {
       const n = doing.filter((/** @type {string} */ other) => other === one).length;
