@@ -232,6 +232,16 @@ def test_a_preset(explorer):
     assert explorer.state["power"] == 4
 
 
+def test_a_preset_of_a_link_is_named_among_those_of_its_model(explorer):
+    named = explorer.page.locator("select[aria-label='Preset']")
+    with explorer.asking_only("law"):
+        for preset in ("law9-map", "law9", "law9-map"):
+            explorer.show(f"preset={preset}", "law")
+            assert named.input_value() == preset
+        explorer.page.evaluate("() => explorer.startAt(0.2)")
+        assert named.input_value() == "law9-map"
+
+
 def test_stepping_and_playing_along_the_parameter(explorer):
     press = explorer.page.keyboard.press
     explorer.page.locator("main").click(position={"x": 2, "y": 2})

@@ -300,9 +300,11 @@ export class Controls {
       element("option", { value: "" }, "Choose a system or figure …"),
       ...presets.map(({ name, title }) => element("option", { value: name }, title)),
     );
-    this.fixed.push(({ model }) => {
-      const fits = presets.filter((one) => same(one.state.model, model));
-      if (!fits.some(({ name }) => name === choose.value)) choose.value = fits[0]?.name ?? "";
+    this.fixed.push((state) => {
+      const fits = presets.filter((one) => same(one.state.model, state.model));
+      const whole = fits.find((one) => same(completeState(app.limits, one.state), state));
+      if (whole || !fits.some(({ name }) => name === choose.value))
+        choose.value = (whole ?? fits[0])?.name ?? "";
     });
     if (app.alone) return this.#group("Preset", choose);
     const file = element("input", { type: "file", accept: ".toml", hidden: true, "data-open": true });
