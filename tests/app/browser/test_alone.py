@@ -214,6 +214,16 @@ def test_what_takes_too_long_is_given_up_after_what_is_quick(alone):
     alone.page.wait_for_selector("[data-panel=law][data-state=current]", timeout=SETTLE_MS)
 
 
+def test_what_is_not_computed_is_told_while_something_else_is(alone):
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.evaluate("() => explorer.setParameter('mu', 1)")  # values take half a second each
+    for name in ("diagram", "basins"):
+        alone.page.wait_for_selector(
+            f"[data-panel={name}] .badge[title*='not computed on this page']"
+        )
+    assert alone.page.evaluate("() => explorer.connection.running.has('map')")
+
+
 def test_an_answer_that_does_not_load_has_failed(alone):
     alone.page.wait_for_function(ALL_SHOWN)
     alone.page.route("**/fig14-power.bin", lambda route: route.abort())

@@ -198,8 +198,8 @@ const pause = () => new Promise((go) => setTimeout(go));
 async function answer({ id, slot, view, request }) {
   const part = (/** @type {object} */ more) =>
     self.postMessage({ id, view, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
-  const engine = await engineOf(request.model);
-  if (!engine || !VIEWS[view]) return part({ cancelled: true });
+  const engine = VIEWS[view] && (await engineOf(request.model));
+  if (!engine) return part({ cancelled: true });
   const error = fault(request.model, engine.law);
   if (error) return part({ error });
   engine.until = performance.now() + PATIENCE_MS;
@@ -216,6 +216,7 @@ let busy = Promise.resolve();
 self.onmessage = ({ data }) => {
   if (data.cancel) return void dropped.add(data.cancel);
   dropped.delete(data.slot);
+  if (!VIEWS[data.view]) return void answer(data); // at once: it is told that nothing comes
   busy = busy
     .then(() => answer(data))
     .catch(({ message }) => self.postMessage({ id: data.id, data: {}, arrays: {}, error: { message } }));
