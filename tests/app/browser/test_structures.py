@@ -476,3 +476,8 @@ def test_why_a_map_breaks_is_told_in_the_words_of_the_model(explorer, preset, wh
     )
     assert told == f"beyond, {what} 1 makes no release; {what} 1 grazes, both {what}s"
     explorer.open()
+
+
+def test_why_there_is_no_map_is_told_in_the_words_of_the_model(explorer):
+    explorer.show("preset=oscillator")
+    assert "The release of block 1 is one state" in explorer.panel("cycle").text_content()

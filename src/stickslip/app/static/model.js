@@ -161,6 +161,9 @@ function parametersOfLaw(limits, law) {
 /** What rubs, in the words of a model. @param {Model} model */
 export const whatRubs = (model) => (isStructure(model) ? "contact" : "block");
 
+/** What the library says, which has both words for it. @param {Model} model @param {string} text */
+export const inWordsOf = (model, text) => text.replace(/\b(?:block|contact)(?=s?\b)/g, whatRubs(model));
+
 /**
  * Parameters of a model's kind, of what forces it and of its laws; names are those of the library,
  * `mu_2` where each block has a law.

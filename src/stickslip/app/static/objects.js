@@ -7,14 +7,13 @@
  * @import {Plot} from "./plot.js"
  */
 import { named } from "./marks.js";
-import { whatRubs } from "./model.js";
+import { inWordsOf } from "./model.js";
 import { modeBar } from "./modes.js";
 import { short, spelled } from "./numbers.js";
 import { alike } from "./shipped.js";
 
 /** Where a mechanism goes into numbers, too long for a sentence. */
 export const AWAY = /(, X|:| near X)/;
-const RUBS = /\b(?:block|contact)(?=s?\b)/g; // in the library's words
 const NEAR = 8; // pixels within which the pointer means a mark
 const BESIDE = 1 / 400; // of the domain, or of the range: just before, just after
 
@@ -111,7 +110,7 @@ const plain = (
   /** @type {string} */ along,
   /** @type {any} */ of,
 ) => {
-  const why = spelled(of.mechanism ?? "").replace(RUBS, whatRubs(app.state.model));
+  const why = inWordsOf(app.state.model, spelled(of.mechanism ?? ""));
   return { key: `${sort} ${name} ${at}`, sort, name, at, along, factor: null, why, modes: [], of };
 };
 

@@ -4,7 +4,7 @@
  * @import {App} from "../app.js"
  */
 import { element } from "../dom.js";
-import { mapOf, sticksAsOne, whatRubs } from "../model.js";
+import { inWordsOf, mapOf, sticksAsOne, whatRubs } from "../model.js";
 import { listed, short, spelled } from "../numbers.js";
 import { View } from "./view.js";
 
@@ -37,13 +37,16 @@ export class CycleView extends View {
   update() {
     const answer = this.answer("cycle");
     const cycle = answer?.parts[0]?.data;
+    const { model } = this.app.state;
     const { kind, why, coordinates } = mapOf(this.app.state);
+    const none = inWordsOf(model, `none. ${why.charAt(0).toUpperCase()}${why.slice(1)}`);
     const has = `has ${coordinates.length} numbers, ${listed(coordinates)}: see Basins`;
-    const map = kind === "unknown" ? [] : [["return map", kind === "space" ? has : `none. ${why.charAt(0).toUpperCase()}${why.slice(1)}`]];
-    const ours = sticksAsOne(this.app.state.model) ? [] : map;
-    if (cycle?.why) return this.table.replaceChildren(rowsOf([["cycle", cycle.why], ...ours]));
+    const map = kind === "unknown" ? [] : [["return map", kind === "space" ? has : none]];
+    const ours = sticksAsOne(model) ? [] : map;
+    if (cycle?.why)
+      return this.table.replaceChildren(rowsOf([["cycle", inWordsOf(model, cycle.why)], ...ours]));
     if (!cycle) return this.table.replaceChildren(rowsOf([["cycle", this.emptyText("cycle")], ...ours]));
-    const what = whatRubs(this.app.state.model);
+    const what = whatRubs(model);
     const lines = [
       ["period", short(cycle.period, 10)],
       ["stability", stability(cycle)],
