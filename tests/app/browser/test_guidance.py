@@ -73,7 +73,7 @@ def test_a_diagram_without_an_attractor_shows_the_map_s_domain(explorer):
     ends = explorer.page.evaluate(
         """() => {
             const view = explorer.views.find(({ id }) => id === "diagram");
-            Object.defineProperty(view, "dots", { get: () => [] });
+            Object.defineProperty(view, "dots", { get: () => [], configurable: true });
             view.update();
             delete view.dots;
             return view.plot.view.slice(2);
