@@ -11,6 +11,7 @@ from tests.analysis import known_maps as examples
 
 import stickslip as ss
 from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.bifurcations.border_collision import jump_return
 from stickslip.analysis.bifurcations.border_collision.classification import (
     observed,
     predicted_at_corner,
@@ -20,6 +21,7 @@ from stickslip.analysis.bifurcations.border_collision.classification import (
 from stickslip.analysis.bifurcations.border_collision.jump_return import far_image
 from stickslip.analysis.bifurcations.outcome import LocalAttractor, Outcome, disagreement
 from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.maps.derived import EvaluatedMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
@@ -180,6 +182,33 @@ def test_outcomes_at_jumps_are_observed(a, b, jump, fate, after):
         predicted.after,
         predicted.before,
     )
+
+
+@pytest.mark.parametrize("a", [1.5, -1.5])
+def test_where_an_unstable_orbit_meets_a_jump_no_image_is_followed(a, monkeypatch):
+    """Images that wander in chaos took nine tenths of the time of a list."""
+    f, border = _jump(a, 0.4, -1.0)
+    monkeypatch.setattr(PiecewiseMap, "iterate", None)
+    predicted = predicted_at_jump(f, border, -1, 1, multiplier=a)
+    assert predicted.attractors == "none"
+    assert predicted.text.endswith("no attractor takes part")
+
+
+def test_the_image_of_a_jump_is_followed_from_where_it_was_left(monkeypatch):
+    steps = []
+
+    def iterate(self, x, n):
+        steps.append(n)
+        return EvaluatedMap.iterate(self, x, n)
+
+    # From 1 on a tent, whose chaos fills an interval that does not reach the border at 0.
+    formulas = ["0.5*x", "0.3*x + 1.5", "1.9*x - 0.9", "6.7 - 1.9*x"]
+    f = PiecewiseMap(formulas, (-1, 4), breakpoints=[0.0, 1.0, 2.0])
+    border = next(b for b in breakpoints(f) if abs(b.d) < 1e-9)
+    monkeypatch.setattr(PiecewiseMap, "iterate", iterate)
+    monkeypatch.setattr(jump_return, "MAX_STEPS", 2048)
+    assert far_image(f, border, -1, 1).fate == "wanders"
+    assert sum(steps) < 2048
 
 
 # ------------------------------------------------------------------ adding and incrementing

@@ -11,7 +11,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.border_collision.jump_return import OneSided, far_image
+from stickslip.analysis.bifurcations.border_collision.jump_return import (
+    OneSided,
+    far_image,
+    near_multiplier,
+)
 from stickslip.analysis.bifurcations.border_collision.skew_tent import (
     NONE,
     UNDECIDED,
@@ -111,16 +115,17 @@ def predicted_at_jump(
     # asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana (2019); Granados,
     # Alseda, Krupa, SIAM Rev. 59, 225 (2017).
     _check_direction(direction)
-    images = [
-        far_image(f, jump, near, period, multiplier=multiplier)
-        for jump, near in ((border, side), *others)
-    ]
-    a = images[0].multiplier
+    a = near_multiplier(f, border, side, period) if multiplier is None else multiplier
     after_has_orbit = (-side * direction < 0) == (a < 1)
-    with_orbit = LocalAttractor("periodic", period) if abs(a) < 1 else NONE
-    without = _left_behind(images) if abs(a) < 1 else NONE
-    before, after = (without, with_orbit) if after_has_orbit else (with_orbit, without)
     orbits: OrbitOutcome = "born at a jump" if after_has_orbit else "lost at a jump"
+    if not abs(a) < 1:
+        text = f"multiplier {a:.6g} on the near side: no attractor takes part"
+        return Outcome(orbits, NONE.kind, text, NONE, NONE)
+    images = [
+        far_image(f, jump, near, period, multiplier=a) for jump, near in ((border, side), *others)
+    ]
+    with_orbit, without = LocalAttractor("periodic", period), _left_behind(images)
+    before, after = (without, with_orbit) if after_has_orbit else (with_orbit, without)
     return Outcome(orbits, after.kind, _text_at_jump(images), before, after)
 
 

@@ -65,12 +65,13 @@ def far_image(
     if period < 1:
         raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
     if multiplier is None:
-        multiplier = float(_images(f, border, side, period)[1][-1])
+        multiplier = near_multiplier(f, border, side, period)
     width, edge = domain_width(f), border.interval[0 if side < 0 else 1]
     n = max(BLOCK, 2 * period)
+    x = _image(border, -side)
     while True:
-        x, slopes = _images(f, border, -side, n)
-        u = -side * (x - edge)
+        x = _followed(f, x, n)
+        slopes, u = _slopes(f, border, -side, x), -side * (x - edge)
         local = float(slopes[period - 1]), float(u[period - 1])
         image = partial(FarImage, period, multiplier, *(local if local[1] == local[1] else NONE))
         k = _first_beside(u, multiplier, period, CLOSE * width)
@@ -88,14 +89,26 @@ def far_image(
         n = min(2 * n, MAX_STEPS)
 
 
-def _images(f: Map1D, border: OneSided, side: int, n: int) -> tuple[Floats, Floats]:
-    """Return images 1 to n of one side of a border, NaN once it has left, and slopes of f^1, ..."""
-    value, slope = (
-        (border.left, border.left_slope) if side < 0 else (border.right, border.right_slope)
-    )
-    x = advance(f, np.array([value]), n - 1)[0]
+def near_multiplier(f: Map1D, border: OneSided, side: int, period: int) -> float:
+    """Return the slope of f^p on one side of a border."""
+    x = _followed(f, _image(border, side), period)
+    return float(_slopes(f, border, side, x)[-1])
+
+
+def _image(border: OneSided, side: int) -> Floats:
+    return np.array([border.left if side < 0 else border.right])
+
+
+def _followed(f: Map1D, x: Floats, n: int) -> Floats:
+    """Lengthen an orbit to n points, NaN once it has left."""
+    return np.append(x, advance(f, x[-1:], n - len(x))[0, 1:])
+
+
+def _slopes(f: Map1D, border: OneSided, side: int, x: Floats) -> Floats:
+    """Return slopes of f^1, f^2, ... on one side of a border, whose images are x."""
+    slope = border.left_slope if side < 0 else border.right_slope
     with np.errstate(over="ignore", invalid="ignore"):
-        return x, slope * np.cumprod(np.append(1.0, values_and_slopes(f, x[:-1])[1]))
+        return slope * np.cumprod(np.append(1.0, values_and_slopes(f, x[:-1])[1]))
 
 
 def _first_beside(u: Floats, a: float, period: int, close: float) -> int | None:
