@@ -80,6 +80,13 @@ def test_a_pitchfork_is_super_or_subcritical(sign):
     assert (arms.points[:, 0] - 0.2) ** 2 == pytest.approx(np.abs(arms.values - 1), abs=1e-12)
 
 
+def test_the_sign_of_a_cubic_that_vanishes_is_not_told():
+    f = family(lambda x, r: r * x - x**5, r=0.9)
+    (fork,) = bifurcations(f, "r", (0.8, 1.05), max_period=1)
+    assert (fork.kind, fork.criticality) == ("pitchfork", None)
+    assert counts(fork) == (1, 3)
+
+
 def test_a_cycle_of_a_symmetric_map_loses_its_symmetry():
     # -r x + x^3 has the cycle ±sqrt(r - 1), with multiplier (3 - 2 r)^2, up to r = 2.
     f = family(lambda x, r: -r * x + x**3, r=1.5)

@@ -13,7 +13,6 @@ from stickslip.analysis.bifurcations.border_collision.classification import (
     predicted_at_jump,
 )
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
-from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.bifurcations.scan.events import coefficients_at
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
 
@@ -32,14 +31,9 @@ if TYPE_CHECKING:
 def explained(event: Event, span: Span, concerned: Concerned, family: Family) -> Bifurcation:
     """Tell what the lists and the map at an event say of it: all but the attractors."""
     found, reading = event.located, event.located.reading
-    criticality = predicted = None
-    note = ""
-    if event.kind == "flip":
-        f = family.whole(found.value)
-        criticality = flip_coefficient(f, event.points).criticality
-    if isinstance(reading.condition, Crossing):
-        coefficients = coefficients_at(found, family)
-        criticality, note = coefficients.criticality, coefficients.text
+    crosses = isinstance(reading.condition, Crossing)
+    note = coefficients_at(found, family).text if crosses else ""
+    predicted = None
     if isinstance(reading.condition, Collision):
         predicted = _predicted(event, reading.condition, family)
     return bifurcation_of(
@@ -47,7 +41,7 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
         found,
         family.name,
         family.f,
-        criticality=criticality,
+        criticality=event.criticality,
         orbits_before=span.left.select(concerned.before),
         orbits_after=span.right.select(concerned.after),
         predicted_outcome=predicted,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, MapND, PointValues
 
+Criticality: TypeAlias = Literal["super", "sub"]
+
 ROUNDING: Final = 16 * EPS  # differences may agree by chance
 STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
 FEW_STEPS: Final = 11  # down to 2e-6 of the domain
@@ -37,7 +39,7 @@ class CubicCoefficient:
     kind: str = "flip"
 
     @property
-    def criticality(self) -> Literal["super", "sub"] | None:
+    def criticality(self) -> Criticality | None:
         """``super`` if what is born is stable (c > 0, a < 0); None if the error leaves it open."""
         if not abs(self.value) > self.error:
             return None
@@ -59,6 +61,7 @@ class CrossingCoefficients:
     curvature: float  # g_xx; zero at a pitchfork, where one of the curves is vertical
     error: float  # of the curvature: a smaller one is none
     cubic: float  # g_xxx
+    doubt: float  # error of the cubic
     mixed: float  # g_xq
     discriminant: float  # g_xq^2 - g_xx g_qq: its ± root is the rate of multipliers along curves
 
@@ -68,9 +71,9 @@ class CrossingCoefficients:
         return "pitchfork" if abs(self.curvature) <= self.error else "transcritical"
 
     @property
-    def criticality(self) -> Literal["super", "sub"] | None:
+    def criticality(self) -> Criticality | None:
         """Of a pitchfork: ``super`` if the two new orbits are stable where they exist."""
-        if self.kind == "transcritical" or self.cubic == 0:
+        if self.kind == "transcritical" or not abs(self.cubic) > self.doubt:
             return None
         return "super" if self.cubic < 0 else "sub"
 
@@ -88,14 +91,8 @@ def flip_coefficient(f: Map1D, points: ArrayLike) -> CubicCoefficient:
     # (Kuznetsov, Elements of Applied Bifurcation Theory, 4.5; de Melo and van Strien, One-
     # Dimensional Dynamics, II.6).
     x = np.asarray(points, dtype=np.float64)
-    slope, (second, error_2), (third, error_3) = _derivatives(f, x)
-    with np.errstate(all="ignore"):
-        schwarzian = third / slope - 1.5 * (second / slope) ** 2
-        error = error_3 / np.abs(slope) + 3 * np.abs(second) * error_2 / slope**2
-        error += ROUNDING * (np.abs(third / slope) + 1.5 * (second / slope) ** 2)
-        weight = _before(slope) ** 2
-        value, doubt = float(weight @ schwarzian) / -6, float(weight @ error) / 6
-    return CubicCoefficient(value, doubt if np.isfinite(doubt) else np.inf)
+    value, doubt = _schwarzian(*_derivatives(f, x))
+    return CubicCoefficient(value / -6, doubt / 6)
 
 
 def fold_coefficient(f: MapFamily, points: ArrayLike, name: str) -> FoldCoefficient:
@@ -117,16 +114,28 @@ def crossing_coefficients(
 ) -> CrossingCoefficients:
     """Find what tells a transcritical crossing of two curves of orbits from a pitchfork."""
     x = np.asarray(points, dtype=np.float64)
-    slope, (second, error_2), (third, _) = _derivatives(f, x)
-    before = _before(slope)
+    slope, second, third = _derivatives(f, x)
     with np.errstate(all="ignore"):
-        weight = before**2 * _after(slope)
-        curvature, error = float(weight @ second), float(np.abs(weight) @ error_2)
+        weight = _before(slope) ** 2 * _after(slope)
+        curvature, error = float(weight @ second[0]), float(np.abs(weight) @ second[1])
         # g' = 1, so that g''' = S g + 3/2 (g'')^2 with the Schwarzian derivative S.
-        schwarzian = third / slope - 1.5 * (second / slope) ** 2
-        cubic = float(before**2 @ schwarzian) + 1.5 * curvature**2
+        schwarzian, doubt = _schwarzian(slope, second, third)
+        cubic, doubt = schwarzian + 1.5 * curvature**2, doubt + 3 * abs(curvature) * error
     error += STRAIGHT * abs(cubic) * domain_width(f)
-    return CrossingCoefficients(curvature, error, cubic, mixed, discriminant)
+    return CrossingCoefficients(curvature, error, cubic, doubt, mixed, discriminant)
+
+
+def _schwarzian(
+    slope: Floats, second: tuple[Floats, Floats], third: tuple[Floats, Floats]
+) -> tuple[float, float]:
+    """Schwarzian derivative of f^p and its error, from derivatives of f along an orbit."""
+    with np.errstate(all="ignore"):
+        own = third[0] / slope - 1.5 * (second[0] / slope) ** 2
+        error = third[1] / np.abs(slope) + 3 * np.abs(second[0]) * second[1] / slope**2
+        error += ROUNDING * (np.abs(third[0] / slope) + 1.5 * (second[0] / slope) ** 2)
+        weight = _before(slope) ** 2
+        value, doubt = float(weight @ own), float(weight @ error)
+    return value, doubt if np.isfinite(doubt) else np.inf
 
 
 def _before(slope: Floats) -> Floats:

@@ -206,9 +206,9 @@ def test_the_image_of_a_jump_is_followed_from_where_it_was_left(monkeypatch):
     f = PiecewiseMap(formulas, (-1, 4), breakpoints=[0.0, 1.0, 2.0])
     border = next(b for b in breakpoints(f) if abs(b.d) < 1e-9)
     monkeypatch.setattr(PiecewiseMap, "iterate", iterate)
-    monkeypatch.setattr(jump_return, "MAX_STEPS", 2048)
+    monkeypatch.setattr(jump_return, "MAX_STEPS", 512)
     assert far_image(f, border, -1, 1).fate == "wanders"
-    assert sum(steps) < 2048
+    assert sum(steps) < 512
 
 
 # ------------------------------------------------------------------ adding and incrementing

@@ -283,6 +283,23 @@ def test_a_break_that_comes_in_elsewhere_ends_no_orbit():
     assert not survey.unresolved
 
 
+@pytest.mark.parametrize(("kind", "folds"), [("flip", 1), ("pitchfork", 2)])
+def test_folds_beside_a_flip_or_pitchfork_whose_lists_show_the_other_criticality(kind, folds):
+    """Orbits of ±((1 + m) x - a x^3 + x^5) lie at m = a x^2 - x^4: lists see those of large x."""
+    a, sign = 3e-4, -1 if kind == "flip" else 1
+    f = ss.PiecewiseMap(
+        lambda x, m: sign * ((1 + m) * x - a * x**3 + x**5), (-1, 1), parameters={"m": 0.1}
+    )
+    survey = surveyed(f, "m", -0.2, 0.05, max_period=2, n=6)
+    first, *others = survey.events
+    assert (first.kind, first.criticality) == (kind, "super")
+    assert [event.kind for event in others] == ["fold"] * folds
+    assert [event.value for event in others] == pytest.approx([a * a / 4] * folds, rel=1e-7, abs=0)
+    assert not survey.unresolved
+    about = [span for span in survey.spans if span.events]
+    assert not [told for span in about for told in concerned_orbits(span)[1]]
+
+
 def test_an_event_at_the_end_of_the_range():
     survey = surveyed(examples.logistic(3.0), "r", 3.0, 3.2, max_period=2)
     (event,) = survey.events

@@ -82,7 +82,10 @@ def _adds_up(
         return sorted([lost, born]) == [[], pair]
     if event.kind in ("transcritical", "pitchfork"):
         # One of two crossing curves may lie outside the domain on one side.
-        return set(lost + born) == {event.period} and 2 <= max(len(lost), len(born)) <= 3
+        if set(lost + born) != {event.period} or not 2 <= max(len(lost), len(born)) <= 3:
+            return False
+        three = max(orbits_lost, orbits_born, key=len)
+        return len(three) < 3 or _as_foretold(event, three)
     if event.kind == "flip":
         doubled = [2 * event.period]
         within = doubled[0] <= span.left.orbits.max_period
@@ -91,9 +94,21 @@ def _adds_up(
             isinstance(other.condition, Collision) and other.period == doubled[0]
             for other in span.events
         )
-        return sorted([lost, born]) == [[], doubled if within else []]
+        if sorted([lost, born]) != [[], doubled if within else []]:
+            return False
+        return not within or _as_foretold(event, orbits_lost + orbits_born)
     # Beyond a fold that is as close, the other one of two orbits is there.
     there = np.array(event.located.reading.multipliers) - 1.0
     same = (orbit for orbit in orbits_lost + orbits_born if orbit.period == event.period)
     folded = any((there * (orbit.multiplier - 1.0) < 0).all() for orbit in same)
     return bool(lost or born) and not folded
+
+
+def _as_foretold(event: Event, orbits: list[PeriodicOrbit]) -> bool:
+    """Whether a flip's doubled orbit, or a pitchfork's three, attract as the normal form says.
+
+    Those of a fold that is as close have the other stability.
+    """
+    attract = sum(orbit.multiplier < 1 for orbit in orbits)
+    expected = (event.kind == "pitchfork") + (event.criticality == "super")
+    return event.criticality is None or attract == expected

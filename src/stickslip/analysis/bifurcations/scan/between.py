@@ -347,7 +347,7 @@ class _Between:
         """Return a span about events, narrower if others are so close that it does not add up."""
         first, last = around.events[0].value, around.events[-1].value
         rooms = first - around.left.q, around.right.q - last
-        beside = NEARER * min((room for room in rooms if room > self.whole.closest), default=0.0)
+        beside = min((room for room in rooms if room > self.whole.closest), default=0.0)
         span = around
         while concerned_orbits(span)[1]:
             if self.whole.crowded or beside < self.whole.closest or not self._may_add(around):

@@ -19,7 +19,12 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
 from stickslip.analysis.bifurcations.conditions.locate import NEARBY, found_near, solve
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
-from stickslip.analysis.bifurcations.normal_forms import CrossingCoefficients, crossing_coefficients
+from stickslip.analysis.bifurcations.normal_forms import (
+    Criticality,
+    CrossingCoefficients,
+    crossing_coefficients,
+    flip_coefficient,
+)
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
@@ -67,6 +72,7 @@ class Event:
     kind: EventKind
     condition: Condition
     located: Located
+    criticality: Criticality | None = None  # of a flip or a pitchfork, by its normal form
 
     @property
     def value(self) -> float:
@@ -132,7 +138,8 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
             found = crossing
     elif isinstance(condition, Crossing) and not _meets(found):
         return None
-    return Event(_kind(found, family), found.reading.condition, found)
+    kind, criticality = _sort(found, family)
+    return Event(kind, found.reading.condition, found, criticality)
 
 
 def _meets(found: Located) -> bool:
@@ -151,16 +158,20 @@ def _apart(points: Floats, turn: int) -> float:
     return float(np.abs(np.roll(points, turn) - points).max())
 
 
-def _kind(found: Located, family: Family) -> EventKind:
+def _sort(found: Located, family: Family) -> tuple[EventKind, Criticality | None]:
+    """Kind and criticality."""
     condition = found.reading.condition
     if isinstance(condition, Crossing):
-        return coefficients_at(found, family).kind
+        coefficients = coefficients_at(found, family)
+        return coefficients.kind, coefficients.criticality
     if isinstance(condition, Fold):
-        return "fold"
+        return "fold", None
     if isinstance(condition, Flip):
-        return "flip"
+        f = family.whole(found.value)
+        return "flip", flip_coefficient(f, found.reading.points).criticality
     critical = found.reading.critical
-    return "enters_gap" if critical is not None and critical.kind == "edge" else "border_collision"
+    at_gap = critical is not None and critical.kind == "edge"
+    return "enters_gap" if at_gap else "border_collision", None
 
 
 def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
