@@ -80,6 +80,14 @@ def test_a_pitchfork_is_super_or_subcritical(sign):
     assert (arms.points[:, 0] - 0.2) ** 2 == pytest.approx(np.abs(arms.values - 1), abs=1e-12)
 
 
+def test_a_range_ends_on_a_pitchfork_at_zero_whose_value_is_rounding():
+    f = family(lambda x, r: (1 + r) * x + r * r - x**3, r=0.0)
+    found = bifurcations(f, "r", (-0.1, 0.0), max_period=1)
+    (fork,) = found
+    assert (fork.kind, fork.value) == ("pitchfork", pytest.approx(0.0, abs=SHARP))
+    assert not found.unresolved
+
+
 def test_the_sign_of_a_cubic_that_vanishes_is_not_told():
     f = family(lambda x, r: r * x - x**5, r=0.9)
     (fork,) = bifurcations(f, "r", (0.8, 1.05), max_period=1)

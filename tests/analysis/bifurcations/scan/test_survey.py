@@ -148,6 +148,17 @@ def test_a_fold_pair_within_one_step_of_the_grid_is_found():
     assert not survey.unresolved
 
 
+@pytest.mark.parametrize("bend", [1e-5, *slow(1e-4)])
+def test_folds_on_both_sides_of_a_hysteresis_narrower_than_any_step(bend):
+    """Fixed points of x + q + bend x - x^3 fold at q = ± 2 (bend / 3)^(3/2)."""
+    f = ss.PiecewiseMap(lambda x, q: x + q + bend * x - x**3, (-1, 1), parameters={"q": 0.0})
+    survey = surveyed(f, "q", -0.5, 0.53, max_period=1, n=6)
+    fold = 2 * (bend / 3) ** 1.5
+    assert [event.kind for event in survey.events] == ["fold", "fold"]
+    assert [event.value for event in survey.events] == pytest.approx([-fold, fold], abs=1e-15)
+    assert not survey.unresolved
+
+
 def test_a_pair_born_and_lost_on_a_corner_within_one_step_of_the_grid_is_found():
     where, height, corner = 0.313, 4e-7, 0.2
 

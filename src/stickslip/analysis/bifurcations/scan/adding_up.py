@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
-from stickslip.analysis.bifurcations.scan.events import in_the_middle
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
@@ -42,7 +41,7 @@ def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange
             before |= _parent(event, span.left)
             after |= _parent(event, span.right)
         # A list in the very middle of an event, at an end of the range, shows neither side.
-        middle = any(in_the_middle(node.q, [event.value]) for node in (span.left, span.right))
+        middle = any(event.is_at(node.q) for node in (span.left, span.right))
         orbits = [span.left.orbits[k] for k in gone], [span.right.orbits[k] for k in new]
         if not middle and not _adds_up(event, *orbits, span):
             reason = f"the orbits beside the {event.kind.replace('_', ' ')} do not add up"

@@ -19,10 +19,10 @@ from stickslip.analysis.bifurcations.scan.events import (
     Event,
     Suspect,
     flips_on,
-    in_the_middle,
     located,
     suspects_at_end,
 )
+from stickslip.analysis.bifurcations.scan.near_misses import hidden_folds
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Ending, Piece, Span, Way, follow, join
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
@@ -197,10 +197,15 @@ class _Between:
         for node in (span.left, span.right):
             for suspect in self._at_ends.get(node.q, []):
                 event = self._located(suspect, span)
-                if event is not None and in_the_middle(node.q, [event.value]):
+                if event is not None and event.is_at(node.q):
                     self._add(event, fresh)
         if not (fresh or unexplained):
             unexplained += self._hidden_collisions(span, fresh)
+        if not (fresh or unexplained or self.whole.crowded):
+            for suspect in hidden_folds(span.left, span.right, self.whole.max_period):
+                event = self._located(suspect, span)
+                if event is not None:
+                    self._add(event, fresh)
         return fresh, unexplained
 
     def _hidden_collisions(self, span: Span, fresh: list[Event]) -> list[UnresolvedChange]:

@@ -90,6 +90,10 @@ class Event:
         points = np.array(self.located.reading.points)
         return np.roll(points, -int(np.argmin(points)))
 
+    def is_at(self, value: float) -> bool:
+        """Tell whether a value of the parameter is this event's, as far as that is known."""
+        return abs(value - self.value) <= self.located.error or in_the_middle(value, [self.value])
+
     def same_as(self, other: Event, scale: float, width: float) -> bool:
         """Tell whether two events are one, by the scales of the parameter and the domain."""
         slack = 8 * (self.located.error + other.located.error) + SAME_VALUE * scale

@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Fold
 from stickslip.analysis.bifurcations.scan.break_images import images_of_breaks
+from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.maps.protocol import Labels, mix_labels
 
 if TYPE_CHECKING:
@@ -100,6 +101,17 @@ def hidden_values(
         if clear:
             kept.append((q, least))
     return [q for q, _ in sorted(kept, key=lambda one: one[1])]
+
+
+def hidden_folds(left: Node, right: Node, max_period: int) -> Iterator[Suspect]:
+    """Suspect a fold where an extremum of f^p(x) - x passes 0 between two lists that agree."""
+    here, there = (_by_name(list(_extrema(node, max_period))) for node in (left, right))
+    for one in (each for named in here.values() for each in named):
+        other = _same(one, there, left.width)
+        # Of two neighbours one may be gone: each must be the other's nearest.
+        if other is not None and one.distance * other.distance < 0:
+            if _same(other, here, left.width) is one:
+                yield Suspect(one.condition, bracket=(left.q, right.q))
 
 
 def zeros_at_end(
