@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.analysis import known_maps as examples
 
+import stickslip as ss
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import (
@@ -240,3 +241,20 @@ def test_slopes_of_a_sawtooth_are_not_taken_across_its_jumps(teeth, x):
     f = PiecewiseMap(lambda x: (teeth * x) % 1, (0.0, 1.0))
     assume(0.02 < teeth * x % 1 < 0.98)
     assert f.derivative(x) == pytest.approx(teeth, rel=1e-9)
+
+
+@pytest.mark.parametrize("unit", [1e-15, 1e-12, 1e-6, 1.0, 1e6, 1e12])
+@pytest.mark.parametrize("share", [-0.8, 0.3, 1.0])
+def test_a_parameter_has_a_derivative_in_any_unit(unit, share):
+    """As of a spring in N/m or its compliance in m/N."""
+    x = np.array([0.1, 0.35, 0.6])
+    f = ss.PiecewiseMap(lambda x, p: np.sin(p / unit) * x, (0, 1), parameters={"p": share * unit})
+    g = ss.Map(lambda x, p: np.sin(p / unit) * x, 3, parameters={"p": share * unit})
+    expected = np.cos(share) * x / unit
+    for found in (f.parameter_derivative(x, "p"), g.parameter_derivative(x, "p")):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=0)
+
+
+def test_a_parameter_near_zero_keeps_the_scale_of_one():
+    f = ss.PiecewiseMap(lambda x, p: (1 + p - 1) + np.sin(p) * x, (0, 1), parameters={"p": 1e-17})
+    assert f.parameter_derivative(0.5, "p") == pytest.approx(1.5, rel=1e-9, abs=0)

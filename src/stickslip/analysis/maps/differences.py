@@ -26,6 +26,8 @@ N_STEPS: Final = 21  # down to 1e-10 of the scale, for points close to a singula
 APPROACH: Final = 0.7  # sides differ by f'' h: smaller with the step
 NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
 ORDER: Final = 4  # columns of the extrapolation table
+PARAMETER_STEP: Final = 1e-2  # of a parameter's scale: first step of differences in it
+SHARP: Final = 1e-7  # of a slope: its error is no sign of a step too long
 
 
 def complex_step(func: Callable[[NDArray[np.complex128]], Any], x: Floats) -> Floats:
@@ -60,6 +62,17 @@ def extrapolated_difference(
         better = doubt < error
         slope, error = np.where(better, found, slope), np.where(better, doubt, error)
     return slope, error
+
+
+def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -> Floats:
+    """Differentiate n values by a parameter of scale 1, or of its size where that is sharper."""
+    start, step = np.full(n, now), PARAMETER_STEP / FIRST_STEP
+    slope, error = extrapolated_difference(func, start, step * max(abs(now), 1.0))
+    rough = ~(error <= SHARP * np.abs(slope))
+    if 0 < abs(now) < 1 and rough.any():
+        finer, doubt = extrapolated_difference(func, start, step * abs(now))
+        slope = np.where(rough & (doubt <= SHARP * np.abs(finer)), finer, slope)
+    return slope
 
 
 def extrapolated_second_difference(

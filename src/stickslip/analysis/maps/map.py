@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.differences import extrapolated_difference
-from stickslip.analysis.maps.piecewise_map import PARAMETER_SCALE
+from stickslip.analysis.maps.differences import extrapolated_difference, parameter_difference
 from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, box_points, mix_labels, reduced
 from stickslip.analysis.maps.user_function import (
     Function,
@@ -74,8 +73,8 @@ class NumericFunction:
             rows = changed.reshape(-1, flat.size)[:, 0].tolist()
             return np.stack([self.values(flat, {**arguments, name: value}) for value in rows])
 
-        width = 64 * PARAMETER_SCALE * max(abs(now), 1.0)
-        return _differences(values, np.full(flat.shape, now), width).reshape(x.shape)
+        slopes = parameter_difference(lambda changed: values(changed).ravel(), now, flat.size)
+        return slopes.reshape(x.shape)
 
     def pieces(self, x: Floats, arguments: Mapping[str, float]) -> Floats:
         """Nothing is known of pieces, (..., 0)."""

@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 import numpy as np
 
 from stickslip.analysis.maps.derived import EvaluatedMap, plain
-from stickslip.analysis.maps.differences import FIRST_STEP, complex_step, extrapolated_difference
+from stickslip.analysis.maps.differences import (
+    complex_step,
+    extrapolated_difference,
+    parameter_difference,
+)
 from stickslip.analysis.maps.formulas import VARIABLE, Formulas, formulas_of
 from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points
 from stickslip.analysis.maps.user_function import (
@@ -40,7 +44,6 @@ Breakpoints: TypeAlias = Sequence[float | str] | Callable[..., Sequence[float]]
 N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
 SHARES: Final = np.asarray((0.5 + GOLDEN * np.arange(1, N_PROBES + 1)) % 1.0, dtype=np.float64)
 COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
-PARAMETER_SCALE: Final = 1e-2  # of a parameter's size: first step of differences in it
 
 
 @suggests
@@ -325,7 +328,6 @@ class PiecewiseMap(UserMap, EvaluatedMap):
 
     def _parameter_differences(self, x: Floats, name: str) -> Floats:
         now = self._parameters[name]
-        scale = PARAMETER_SCALE * max(abs(now), 1.0) / FIRST_STEP
 
         def values(changed: Floats) -> Floats:
             # Differences ask for all points at one value of the parameter after another.
@@ -336,7 +338,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
                 ]
             )
 
-        return extrapolated_difference(values, np.full(x.shape, now), scale)[0]
+        return parameter_difference(values, now, x.size)
 
     def _values_on_branch(self, x: Floats, parameters: Mapping[str, float]) -> Floats:
         """Values with other parameters, NaN where the point has changed its branch."""
