@@ -258,3 +258,16 @@ def test_a_parameter_has_a_derivative_in_any_unit(unit, share):
 def test_a_parameter_near_zero_keeps_the_scale_of_one():
     f = ss.PiecewiseMap(lambda x, p: (1 + p - 1) + np.sin(p) * x, (0, 1), parameters={"p": 1e-17})
     assert f.parameter_derivative(0.5, "p") == pytest.approx(1.5, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize("centre", [0.0, 1e3])
+def test_no_step_in_a_parameter_is_too_long_for_the_map(centre):
+    """Breaks pass each other, and a logarithm ends, a hundredth of the parameter's scale away."""
+    f = PiecewiseMap(
+        lambda x, p: math.log(1.0 + 400 * (p - centre)) + 0.5 * x,
+        (-1, 1),
+        parameters={"p": centre + 1e-3},
+        breakpoints=lambda p: [0.2 * (p - centre), 1e-3 - 0.2 * (p - centre)],
+    )
+    found = f.parameter_derivative(np.array([-0.3, 0.4]), "p")
+    np.testing.assert_allclose(found, 400 / 1.4, rtol=1e-6, atol=0)

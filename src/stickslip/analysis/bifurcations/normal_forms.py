@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analysis.continuation.follower import ON_CIRCLE
 from stickslip.analysis.maps.differences import (
     N_STEPS,
+    SHARP,
     extrapolated_difference,
     extrapolated_second_difference,
 )
@@ -27,7 +28,6 @@ Criticality: TypeAlias = Literal["super", "sub"]
 ROUNDING: Final = 16 * EPS  # differences may agree by chance
 STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
 FEW_STEPS: Final = 11  # down to 2e-6 of the domain
-SHARP: Final = 1e-7  # of a derivative: known so well it needs no shorter steps
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ APPROACH: Final = 0.7  # sides differ by f'' h: smaller with the step
 NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
 ORDER: Final = 4  # columns of the extrapolation table
 PARAMETER_STEP: Final = 1e-2  # of a parameter's scale: first step of differences in it
-SHARP: Final = 1e-7  # of a slope: its error is no sign of a step too long
+SHARP: Final = 1e-7  # of a derivative: known so well it needs no other steps
 
 
 def complex_step(func: Callable[[NDArray[np.complex128]], Any], x: Floats) -> Floats:

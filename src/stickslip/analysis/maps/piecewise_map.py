@@ -341,10 +341,13 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         return parameter_difference(values, now, x.size)
 
     def _values_on_branch(self, x: Floats, parameters: Mapping[str, float]) -> Floats:
-        """Values with other parameters, NaN where the point has changed its branch."""
-        moved = self._breakpoints_with(parameters)
-        stays = self._labels_with(x, parameters, moved) == self._labels(x)
-        return np.where(stays, apply(self._func, x, parameters, self._arrays["func"]), np.nan)
+        """Values with other parameters, NaN where these are none of the map or a point's branch."""
+        try:
+            moved = self._breakpoints_with(parameters)
+            stays = self._labels_with(x, parameters, moved) == self._labels(x)
+            return np.where(stays, apply(self._func, x, parameters, self._arrays["func"]), np.nan)
+        except (ValueError, ArithmeticError):  # a step too long: breaks pass each other, log(-1)
+            return np.full(x.shape, np.nan)
 
     # ------------------------------------------------------------------ checks
 
