@@ -328,3 +328,13 @@ def test_a_flip_bears_an_orbit_also_above_the_longest_period(max_period):
     for flip in flips:
         after = [(orbit.period, orbit.stable) for orbit in flip.orbits_after]
         assert after == [(flip.period, False), (2 * flip.period, True)]
+
+
+def test_a_flip_lies_on_the_curve_of_the_orbit_that_flips_alone():
+    # All orbits are closer than a thousandth, in whatever unit.
+    f = ss.PiecewiseMap(lambda x, r: r * x * (1 - 1e4 * x), (-1e-5, 1e-4), parameters={"r": 3.0})
+    found = bifurcations(f, "r", (2.5, 3.2), max_period=2, n_lists=6)
+    on_curves = [[event.kind for event in curve.bifurcations] for curve in found.curves]
+    assert [curve.period for curve in found.curves] == [1, 1, 2]
+    assert on_curves == [[], ["flip"], []]
+    assert abs(found.curves[0].points).max() < 1e-12

@@ -86,8 +86,9 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
             ends = [span.right for span in survey.spans[-1:]]
             web = _Web([*(span.left for span in survey.spans), *ends])
             for number, span in enumerate(survey.spans):
-                _link_pieces(web, number, span)
-                for event, share in zip(span.events, concerned.get(number, ()), strict=True):
+                shares = list(zip(span.events, concerned.get(number, ()), strict=True))
+                _link_pieces(web, number, span, shares)
+                for event, share in shares:
                     _link_event(web, number, event, share)
             chains = _chains(web)
             chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
@@ -97,13 +98,15 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
         return survey.curves
 
 
-def _link_pieces(web: _Web, number: int, span: Span) -> None:
+def _link_pieces(
+    web: _Web, number: int, span: Span, shares: list[tuple[Event, Concerned]]
+) -> None:
     """Link orbits that cross a span; those that leave the window in it end there."""
     for piece in span.pieces:
         assert piece.left is not None
         assert piece.right is not None
         low, high = (number, piece.left, UP), (number + 1, piece.right, DOWN)
-        web.tie(low, high, *_inner_rows(piece, span.events))
+        web.tie(low, high, *_inner_rows(piece, shares))
     for ending in span.endings:
         rows = _rows(ending.piece)
         if ending.piece.left is not None:
@@ -119,13 +122,12 @@ def _rows(piece: Piece) -> tuple[Row, ...]:
     return tuple(Row(float(q), x, float(m)) for q, x, m in samples)
 
 
-def _inner_rows(piece: Piece, events: list[Event]) -> tuple[Row, ...]:
+def _inner_rows(piece: Piece, shares: list[tuple[Event, Concerned]]) -> tuple[Row, ...]:
     """Return the samples between both lists; at a flip of the orbit, the flip itself."""
-    for event in events:
-        if event.kind == "flip" and event.period == piece.period:
-            nearest = turned(event.points, piece.points[0])
-            if np.abs(nearest - piece.points[0]).max() <= 1e-3 * (1 + np.abs(nearest).max()):
-                return (Row(event.value, nearest, -1.0, event),)
+    for event, share in shares:
+        flips = event.kind == "flip" and event.period == piece.period
+        if flips and piece.left in share.before and piece.right in share.after:
+            return (Row(event.value, turned(event.points, piece.points[0]), -1.0, event),)
     return _rows(piece)[1:-1]
 
 
