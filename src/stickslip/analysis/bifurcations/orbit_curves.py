@@ -98,9 +98,7 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
         return survey.curves
 
 
-def _link_pieces(
-    web: _Web, number: int, span: Span, shares: list[tuple[Event, Concerned]]
-) -> None:
+def _link_pieces(web: _Web, number: int, span: Span, shares: list[tuple[Event, Concerned]]) -> None:
     """Link orbits that cross a span; those that leave the window in it end there."""
     for piece in span.pieces:
         assert piece.left is not None
