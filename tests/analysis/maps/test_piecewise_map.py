@@ -255,8 +255,9 @@ def test_a_parameter_has_a_derivative_in_any_unit(unit, share):
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=0)
 
 
-def test_a_parameter_near_zero_keeps_the_scale_of_one():
-    f = ss.PiecewiseMap(lambda x, p: (1 + p - 1) + np.sin(p) * x, (0, 1), parameters={"p": 1e-17})
+@pytest.mark.parametrize("p", [1e-17, 5e-324])
+def test_a_parameter_near_zero_keeps_the_scale_of_one(p):
+    f = ss.PiecewiseMap(lambda x, p: (1 + p - 1) + np.sin(p) * x, (0, 1), parameters={"p": p})
     assert f.parameter_derivative(0.5, "p") == pytest.approx(1.5, rel=1e-9, abs=0)
 
 

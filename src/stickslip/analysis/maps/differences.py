@@ -69,7 +69,8 @@ def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -
     start, step = np.full(n, now), PARAMETER_STEP / FIRST_STEP
     slope, error = extrapolated_difference(func, start, step * max(abs(now), 1.0))
     rough = ~(error <= SHARP * np.abs(slope))
-    if 0 < abs(now) < 1 and rough.any():
+    smallest = np.finfo(np.float64).tiny / EPS  # of smaller ones steps are 0
+    if smallest < abs(now) < 1 and rough.any():
         finer, doubt = extrapolated_difference(func, start, step * abs(now))
         slope = np.where(rough & (doubt <= SHARP * np.abs(finer)), finer, slope)
     return slope
