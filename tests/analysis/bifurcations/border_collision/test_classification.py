@@ -184,6 +184,16 @@ def test_outcomes_at_jumps_are_observed(a, b, jump, fate, after):
     )
 
 
+@pytest.mark.parametrize(
+    ("side", "period", "told"), [(0, 1, "side = 0 of a border"), (-1, 0, "period = 0 of an orbit")]
+)
+@pytest.mark.parametrize("a", [0.5, 1.5, None])
+def test_what_is_no_meeting_with_a_jump_is_refused(a, side, period, told):
+    f, border = _jump(0.5, 0.4, -1.0)
+    with pytest.raises(ValueError, match=told):
+        predicted_at_jump(f, border, side, 1, period=period, multiplier=a)
+
+
 @pytest.mark.parametrize("a", [1.5, -1.5])
 def test_where_an_unstable_orbit_meets_a_jump_no_image_is_followed(a, monkeypatch):
     """Images that wander in chaos took nine tenths of the time of a list."""

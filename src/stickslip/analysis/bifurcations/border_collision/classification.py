@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.border_collision.jump_return import (
     OneSided,
+    check_meeting,
     far_image,
     near_multiplier,
 )
@@ -115,6 +116,7 @@ def predicted_at_jump(
     # asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana (2019); Granados,
     # Alseda, Krupa, SIAM Rev. 59, 225 (2017).
     _check_direction(direction)
+    check_meeting(side, period)
     a = near_multiplier(f, border, side, period) if multiplier is None else multiplier
     after_has_orbit = (-side * direction < 0) == (a < 1)
     orbits: OrbitOutcome = "born at a jump" if after_has_orbit else "lost at a jump"
@@ -185,8 +187,7 @@ def _by_slopes_alone(far: FarImage) -> str:
 def predicted_at_gap(slope: float, side: int, direction: int, *, period: int = 1) -> Outcome:
     """Predict what follows when an orbit meets the edge of a gap: beyond, all end there."""
     _check_direction(direction)
-    if side not in (-1, 1):
-        raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
+    check_meeting(side, period)
     after_has_orbit = (-side * direction < 0) == (slope < 1)
     with_orbit = LocalAttractor("periodic", period) if abs(slope) < 1 else NONE
     before, after = (NONE, with_orbit) if after_has_orbit else (with_orbit, NONE)

@@ -60,25 +60,22 @@ def far_image(
     >>> far.fate, far.steps, round(far.height, 6), round(far.slope, 6)
     ('returns', 1, 1.0, -0.4)
     """
-    if side not in (-1, 1):
-        raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
-    if period < 1:
-        raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
+    check_meeting(side, period)
     if multiplier is None:
         multiplier = near_multiplier(f, border, side, period)
     width, edge = domain_width(f), border.interval[0 if side < 0 else 1]
     n = max(BLOCK, 2 * period)
-    x = _image(border, -side)
+    x = _followed(f, _image(border, -side), n)
+    local = _slope(f, border, -side, x[:period]), float(-side * (x[period - 1] - edge))
+    image = partial(FarImage, period, multiplier, *(local if local[1] == local[1] else NONE))
     while True:
-        x = _followed(f, x, n)
-        slopes, u = _slopes(f, border, -side, x), -side * (x - edge)
-        local = float(slopes[period - 1]), float(u[period - 1])
-        image = partial(FarImage, period, multiplier, *(local if local[1] == local[1] else NONE))
+        u = -side * (x - edge)
         k = _first_beside(u, multiplier, period, CLOSE * width)
         if k is not None:
             # The contraction of whole turns beside the border is not the way back's.
             turns = min(k // period, int(math.log(LEAST) / math.log(multiplier)))
-            height, slope = -float(u[k]) / multiplier**turns, float(slopes[k]) / multiplier**turns
+            slope = _slope(f, border, -side, x[: k + 1]) / multiplier**turns
+            height = -float(u[k]) / multiplier**turns
             return image("returns", k + 1 - turns * period, height, slope)
         if np.isnan(x).any():
             return image("leaves", int(np.isnan(x).argmax()) + 1)
@@ -87,12 +84,20 @@ def far_image(
         if n == MAX_STEPS:
             return image("wanders")
         n = min(2 * n, MAX_STEPS)
+        x = _followed(f, x, n)
+
+
+def check_meeting(side: int, period: int) -> None:
+    """Refuse what is no side of a border, or no period of an orbit that meets it."""
+    if side not in (-1, 1):
+        raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
+    if period < 1:
+        raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
 
 
 def near_multiplier(f: Map1D, border: OneSided, side: int, period: int) -> float:
     """Return the slope of f^p on one side of a border."""
-    x = _followed(f, _image(border, side), period)
-    return float(_slopes(f, border, side, x)[-1])
+    return _slope(f, border, side, _followed(f, _image(border, side), period))
 
 
 def _image(border: OneSided, side: int) -> Floats:
@@ -104,11 +109,11 @@ def _followed(f: Map1D, x: Floats, n: int) -> Floats:
     return np.append(x, advance(f, x[-1:], n - len(x))[0, 1:])
 
 
-def _slopes(f: Map1D, border: OneSided, side: int, x: Floats) -> Floats:
-    """Return slopes of f^1, f^2, ... on one side of a border, whose images are x."""
+def _slope(f: Map1D, border: OneSided, side: int, x: Floats) -> float:
+    """Return the slope of a power of f on one side of a border, whose images up to it are x."""
     slope = border.left_slope if side < 0 else border.right_slope
     with np.errstate(over="ignore", invalid="ignore"):
-        return slope * np.cumprod(np.append(1.0, values_and_slopes(f, x[:-1])[1]))
+        return float(slope * np.cumprod(np.append(1.0, values_and_slopes(f, x[:-1])[1]))[-1])
 
 
 def _first_beside(u: Floats, a: float, period: int, close: float) -> int | None:
