@@ -49,6 +49,23 @@ def test_flips_beyond_the_longest_period_are_marked(doubling_logistic):
     assert [orbit.period for orbit in last.orbits_after] == [last.period, 2 * last.period]
 
 
+def test_a_flip_concerns_the_nearest_orbit_of_its_period():
+    # x -> c - x^2 on a wide domain: the other fixed point is less than a thousandth of it away.
+    f = ss.PiecewiseMap(
+        lambda x, c: c - x * x,
+        (-3000, 3000),
+        derivative=lambda x, c: -2 * x,
+        parameters={"c": 0.6},
+    )
+    found = bifurcations(f, "c", (0.5, 1.0), max_period=2)
+    (flip,) = found
+    assert flip.value == pytest.approx(0.75, abs=1e-9)
+    assert [orbit.stable for orbit in flip.orbits_before] == [True]
+    assert [orbit.stable for orbit in flip.orbits_after] == [False, True]
+    flipping, *_ = (curve for curve in found.curves if curve.bifurcations)
+    assert flipping.points[0, 0] == pytest.approx((np.sqrt(3) - 1) / 2, abs=1e-9)
+
+
 def test_flips_of_a_cascade_tell_their_attractors(doubling_logistic):
     for flip in doubling_logistic.cascades[0].flips:
         assert [a.period for a in flip.attractors_before] == [flip.period]

@@ -66,6 +66,21 @@ def test_points_stay_between_their_bounds():
     assert not found.converged.any()
 
 
+@pytest.mark.parametrize("start", [1e-9, -3e-9])
+def test_beside_a_fold_of_a_map_that_bends_sharply(start):
+    # x -> x + 1e10 (x^2 - a^2): steps that halve from 1e-9 on are no rounding.
+    bend, a = 1e10, 2e-10
+    found = polish(
+        lambda k, x: (x + bend * (x**2 - a**2), 1 + 2 * bend * x, unlabelled(x)),
+        np.array([[start]]),
+        np.array([[-1.0]]),
+        np.array([[1.0]]),
+        1.0,
+    )
+    assert found.converged.all()
+    assert abs(found.points[0, 0]) == pytest.approx(a, rel=1e-6, abs=0)
+
+
 def test_superstable_orbits():
     # x -> 1 - x^2 + ... with a point on the turning point: 0 -> 1 -> 0.
     found = polish(

@@ -74,6 +74,7 @@ class NewtonLimits(NamedTuple):
     enough: float  # a step no longer is the last one
     stalled: float  # steps that are shorter must go on shrinking by `shrinking`
     shrinking: float
+    closed: float  # ... unless a residual is larger: no orbit as yet
     contraction: float  # of longer steps, each against the one before
     trust_radius: float
 
@@ -114,8 +115,9 @@ def step_of_orbit(states: NewtonStates, limits: NewtonLimits, k: int, value: Flo
     states.last[k] = size
     # Not if NaN: the orbit is lost.
     moves = not (is_rounding and finite) and size > max(limits.rounding, limits.enough)
-    # Small steps that shrink no more are the rounding of the map itself.
-    moves = moves and (size > limits.stalled or size < limits.shrinking * before)
+    # Small steps that shrink no more are the rounding of the map itself; beside a fold they halve.
+    shrinks = size < limits.shrinking * before or largest(residuals) > limits.closed
+    moves = moves and (size > limits.stalled or shrinks)
     lost = moves and size > limits.stalled and not size <= limits.contraction * before
     if moves:
         for j in range(period):

@@ -97,7 +97,8 @@ def polish(
         *(labels, last, moving, given_up),
     )
     limits = NewtonLimits(
-        EPS, EPS * scale, STEEPEST, enough, STALLED * scale, SHRINKING, contraction, trust_radius
+        *(EPS, EPS * scale, STEEPEST, enough, STALLED * scale, SHRINKING, CLOSED * scale),
+        *(contraction, trust_radius),
     )
     for _ in range(MAX_NEWTON):
         places = np.flatnonzero(used & moving[:, None])

@@ -161,11 +161,14 @@ class Node:
             return (apart <= ON_BREAK * self.width).any(axis=-1)
 
     def find(self, points: Floats, tolerance: float) -> int | None:
-        """Place in the list of the orbit with these points, smallest first; None if absent."""
-        for k, orbit in enumerate(self.orbits):
-            if orbit.period == len(points) and np.abs(orbit.points - points).max() <= tolerance:
-                return k
-        return None
+        """Place in the list of the orbit nearest to points, smallest first; None if all are off."""
+        off = {
+            k: float(np.abs(orbit.points - points).max())
+            for k, orbit in enumerate(self.orbits)
+            if orbit.period == len(points)
+        }
+        nearest = min(off, key=off.__getitem__, default=None)
+        return nearest if nearest is not None and off[nearest] <= tolerance else None
 
     def select(self, places: Iterable[int]) -> tuple[PeriodicOrbit, ...]:
         """Return some of the orbits."""
