@@ -334,7 +334,11 @@ def _rate(point: CurvePoint) -> float:
 
 
 def first_point(
-    curve: ArclengthCurve, y: Floats, wrong: str, apart: float = math.inf
+    curve: ArclengthCurve,
+    y: Floats,
+    wrong: str,
+    apart: float = math.inf,
+    shown: Callable[[Floats], Floats] = lambda y: y[:-1],
 ) -> CurvePoint:
     """Solve for the start of a curve; a ValueError if it is not near the numbers given."""
     try:
@@ -342,7 +346,7 @@ def first_point(
     except (StepTooLong, LeavesRegion) as reason:
         raise ValueError(f"{wrong}Newton's method does not converge.") from reason
     if np.abs((found.y - y) / curve.scale).max() > apart:
-        raise ValueError(f"{wrong}the nearest one is at {found.y[:-1]}.")
+        raise ValueError(f"{wrong}the nearest one is at {shown(found.y)}.")
     return found
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import MapND, apart, sample
+from stickslip.analysis.maps.protocol import MapND, apart, measured, sample
 from stickslip.analysis.orbits.newton import shooting_matrix
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import LeavesRegion, StepTooLong
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Linearized:
     """What a map says at the points of an orbit; shapes (p,) and (p,), or (p, n, n) and (p, n)."""
 
-    slopes: Floats
+    slopes: Floats  # of points measured in the equations' units
     values: Floats
     labels: Labels
     margin: float = math.nan  # the least: how close the orbit is to a change of labels
@@ -57,6 +57,7 @@ class OrbitEquations:
     name: str
     # labels that each point may have, smooth continuations of its branch included
     pieces: list[set[int]]
+    unit: Any = 1.0  # of each coordinate, in R^n: of points in y, of F and of slopes
 
     def __post_init__(self) -> None:
         """Find out how points are kept."""
@@ -68,7 +69,11 @@ class OrbitEquations:
 
     def points(self, y: Floats) -> Floats:
         """Return the points of an orbit, shape (p,), or (p, n) in R^n."""
-        return y[:-1] if self.on_line else y[:-1].reshape(len(self.pieces), -1)
+        return y[:-1] if self.on_line else y[:-1].reshape(len(self.pieces), -1) * self.unit
+
+    def unknowns(self, points: Floats, value: float) -> Floats:
+        """Return what stands for an orbit at a value of the parameter."""
+        return np.append((points / self.unit).ravel(), value)
 
     def __call__(self, y: Floats) -> tuple[Floats, Floats, Linearized]:
         """Evaluate F, its Jacobian and more; the cause of a `LeavesRegion` is a `Departure`."""
@@ -83,14 +88,15 @@ class OrbitEquations:
         if not (np.isfinite(rates).all() and np.isfinite(values.derivative).all()):
             raise StepTooLong("an infinite slope")
         n = 1 if self.on_line else points.shape[1]
-        by_points = shooting_matrix(values.derivative.reshape(-1, n, n))
         residual, note = self.described(points, values)
-        return residual, np.column_stack([by_points, rates.ravel()]), note
+        by_points = shooting_matrix(note.slopes.reshape(-1, n, n))
+        return residual, np.column_stack([by_points, (rates / self.unit).ravel()]), note
 
     def described(self, points: Floats, values: PointValues) -> tuple[Floats, Linearized]:
         """Return F, and what a map said at points."""
-        residual = apart(self.f, values.value, np.roll(points, -1, axis=0))
-        parts = values.derivative, values.value, values.label, float(np.min(values.margin))
+        residual = apart(self.f, values.value, np.roll(points, -1, axis=0)) / self.unit
+        slopes = measured(values.derivative, self.unit)
+        parts = slopes, values.value, values.label, float(np.min(values.margin))
         return residual.ravel(), Linearized(*parts)
 
     def stays(self, labels: Labels, ok: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -19,7 +19,16 @@ from stickslip.analysis.continuation.follower import (
 )
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
-from stickslip.analysis.maps.protocol import SAME, MapND, apart, domain_width, sample, turned_near
+from stickslip.analysis.maps.protocol import (
+    SAME,
+    MapND,
+    apart,
+    domain_width,
+    lengths,
+    measured,
+    sample,
+    turned_near,
+)
 from stickslip.analysis.orbits.newton import (
     ROUNDINGS,
     error_bound,
@@ -62,7 +71,7 @@ ORBIT_OF_MAP: Final = 1e-6  # of the domain: the orbit given must be so close to
 SMALLEST: Final = 2e-12
 PROBES: Final = (2e-11, 2e-10, 2e-9, 2e-8)
 BEYOND: Final = (1e-5, 1e-7)  # scaled ways past a border at which the two sides are compared
-SMOOTH: Final = 1e-9  # a larger difference of values is a jump ...
+SMOOTH: Final = 1e-9  # of the map's lengths: a larger difference of values is a jump ...
 JUMPS: Final = 0.5  # ... if it does not shrink with the way as that of a root-like corner does
 SAME_SLOPE: Final = 1e-3  # of Jacobians, beside 1 + their size: a larger difference is a corner
 REASONS: Final[dict[str, Any]] = {"jump": "breakpoint", "corner": "breakpoint", "edge": "gap"}
@@ -73,6 +82,7 @@ class OrbitFollower(Follower):
 
     kind = "orbit"
     bends = BENDS
+    unit: Any = 1.0  # of each coordinate in R^n
 
     def __init__(
         self, f: Any, name: str, low: float, high: float, max_step: float, max_points: int
@@ -91,16 +101,17 @@ class OrbitFollower(Follower):
 
     def start(self, points: Floats, value: float) -> CurvePoint:
         """Set out from an orbit, the parameter rising; a ValueError if the map has none there."""
-        equations = OrbitEquations(self.f, self.name, [])
+        equations = OrbitEquations(self.f, self.name, [], self.unit)
         values = sample(equations.at(value), points)
         equations.pieces = [{label} for label in values.label.tolist()]
         self.equations = equations
-        scale = np.append(np.tile(self.size(), len(points)), self.high - self.low)
+        scale = np.append(np.tile(self.size() / self.unit, len(points)), self.high - self.low)
         self.curve = self.line(equations, scale)
         wrong = f"the map has no such orbit at {self.name} = {value:.15g}: "
         if (values.status != OK).any():
             raise ValueError(f"{wrong}no value at one of its points, or outside the window.")
-        return first_point(self.curve, np.append(points.ravel(), value), wrong, ORBIT_OF_MAP)
+        y = equations.unknowns(points, value)
+        return first_point(self.curve, y, wrong, ORBIT_OF_MAP, equations.points)
 
     def points(self, point: CurvePoint) -> Floats:
         """Return the points of the orbit."""
@@ -108,20 +119,17 @@ class OrbitFollower(Follower):
 
     def images(self, point: CurvePoint) -> Iterator[CurvePoint]:
         """Start an orbit at each of its points; the parameter stays last."""
-        points, tangent = self.points(point), self.equations.points(point.tangent)
-        for turn in range(len(points)):
-            ahead = np.roll(tangent, turn, axis=0).ravel()
-            yield replace(
-                point,
-                y=np.append(np.roll(points, turn, axis=0).ravel(), point.parameter),
-                tangent=np.append(ahead, point.tangent[-1]),
-                note=point.note.turned(turn),
+        for turn in range(len(self.points(point))):
+            y, tangent = (
+                self.equations.unknowns(np.roll(self.equations.points(z), turn, axis=0), z[-1])
+                for z in (point.y, point.tangent)
             )
+            yield replace(point, y=y, tangent=tangent, note=point.note.turned(turn))
 
     def near(self, point: CurvePoint, here: CurvePoint) -> CurvePoint:
         """Turn the angles of a point by whole periods."""
         turned = turned_near(self.f, self.points(point), self.points(here))
-        return replace(point, y=np.append(turned.ravel(), point.parameter))
+        return replace(point, y=self.equations.unknowns(turned, point.parameter))
 
     def accept(self, here: CurvePoint, new: CurvePoint) -> None:
         """Let no slope change by much."""
@@ -154,14 +162,14 @@ class OrbitFollower(Follower):
         self, last: CurvePoint, points: Floats, value: float, residual: Floats, note: Linearized
     ) -> CurvePoint:
         """Describe an orbit where the curve ends, beyond the last point of a walk."""
-        y, size = np.append(points.ravel(), value), float(np.abs(residual).max())
+        y, size = self.equations.unknowns(points, value), float(np.abs(residual).max())
         return replace(last, y=y, residual=size, note=note)
 
     def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
         """Return labels and errors, and the equations."""
         data = {
             "labels": np.array([row.note.labels for row in rows]),
-            "residual": np.array([row.residual for row in rows]),
+            "residual": np.array([row.residual for row in rows]) * np.max(self.unit),
             "margin": np.array([row.note.margin for row in rows]),
         }
         return data, OrbitProblem(self.f)
@@ -257,6 +265,7 @@ class SpaceOrbitFollower(OrbitFollower):
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
         self.control = replace(self.control, smallest=SMALLEST, patience=self.max_points)
+        self.unit = lengths(self.f)
 
     def size(self) -> Floats:
         """Width of the domain in each direction."""
@@ -320,7 +329,7 @@ class SpaceOrbitFollower(OrbitFollower):
         pieces, labels = self.equations.pieces, got.label.tolist()
         self.equations.pieces = [{label} for label in labels]
         try:
-            start = self.curve.point(np.append(points.ravel(), y[-1]))
+            start = self.curve.point(self.equations.unknowns(points, y[-1]))
         except (StepTooLong, LeavesRegion):
             self.equations.pieces = pieces
             return None
@@ -351,11 +360,12 @@ class SpaceOrbitFollower(OrbitFollower):
         note: Linearized = last.note
         slope = note.slopes[index]
         offs = (apart(self.f, side.value, note.values[index]) for side in (far, near))
-        gaps = [float(np.abs(off).max()) for off in offs]
+        gaps = [float(np.abs(off / self.unit).max()) for off in offs]
         label = int(near.label)
         if gaps[1] > max(SMOOTH, JUMPS * gaps[0]):
             return "jump", label
-        if (np.abs(near.derivative - slope) > SAME_SLOPE * (1 + np.abs(slope))).any():
+        changed = np.abs(measured(near.derivative, self.unit) - slope)
+        if (changed > SAME_SLOPE * (1 + np.abs(slope))).any():
             return "corner", label
         return "smooth", label
 
@@ -433,10 +443,10 @@ class OrbitProblem(Problem):
         """Tell whether two orbits coincide, to their errors."""
         if not isinstance(one, PeriodicOrbit):
             return same_points(self.system, one.points, other.points, SAME)
-        off, size = np.abs(one.points - other.points), np.abs(one.points).max()
+        off, width = np.abs(one.points - other.points), domain_width(self.system)
         known = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
-        off -= np.minimum(known, ORBIT_OF_MAP)  # at a fold errors have no bound
-        return bool((off <= SAME * (1.0 + size)).all())
+        off -= np.minimum(known, ORBIT_OF_MAP * width)  # at a fold errors have no bound
+        return bool((off <= SAME * (width + np.abs(one.points).max())).all())
 
 
 def _beyond_fold(curve: Curve, row: int, orbit: PeriodicOrbit | PeriodicOrbitND) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import KINDS
 from stickslip.analysis.continuation.curve import CurveEnd
-from stickslip.analysis.maps.protocol import MapND, domain_width, turned_near
+from stickslip.analysis.maps.protocol import MapND, domain_width, lengths, turned_near
 from stickslip.analysis.orbits.bundles import padded
 from stickslip.analysis.orbits.newton import polish_on, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
@@ -121,17 +121,17 @@ def fill(
         here = [c for c, a, b in zip(courses, first, stop, strict=True) if a <= k < b]
         guesses = [course.sampled.foretell(float(values[k]), course.passed) for course in here]
         found = _solved_in_space(f, guesses) if isinstance(f, MapND) else _solved(f, guesses)
-        slack = FLOOR * _width(f)
+        width = _width(f)
         for course, guess, (points, multipliers) in zip(here, guesses, found, strict=True):
-            if _is_the_orbit(points, multipliers, guess, course, slack):
+            if _is_the_orbit(points, multipliers, guess, course, width):
                 course.points[k] = points
                 course.multipliers[k] = np.atleast_1d(multipliers)[0]
                 course.passed = [*course.passed, (float(values[k]), points)][-BEHIND:]
     return [(c.points, c.multipliers) for c in courses]
 
 
-def _width(f: Any) -> float:
-    return float(np.ptp(f.spread(2))) if isinstance(f, MapND) else domain_width(f)
+def _width(f: Any) -> Any:
+    return lengths(f) if isinstance(f, MapND) else domain_width(f)
 
 
 def _solved(f: Any, guesses: list[Floats]) -> Iterator[tuple[Floats, Any]]:
@@ -150,7 +150,7 @@ def _solved_in_space(f: MapND, guesses: list[Floats]) -> Iterator[tuple[Floats, 
 
 
 def _is_the_orbit(
-    now: Floats, multipliers: Any, guess: Floats, course: _Course, slack: float
+    now: Floats, multipliers: Any, guess: Floats, course: _Course, width: Any
 ) -> bool:
     """Tell whether Newton's method stayed with the orbit, and did not end on a neighbour."""
     if not np.isfinite(multipliers).all():
@@ -159,8 +159,8 @@ def _is_the_orbit(
     if _beside_one(multipliers) * sampled.side < 0:
         return False  # the other orbit of a fold
     last = course.passed[-1][1] if course.passed else sampled.points[0]
-    way = float(np.abs(now - last).max())
-    return bool(np.abs(now - guess).max() <= ASTRAY * way + slack)
+    way, off = (np.abs((now - other) / width).max() for other in (last, guess))
+    return bool(off <= ASTRAY * way + FLOOR)
 
 
 # ------------------------------------------------------------------ from curves
@@ -215,7 +215,7 @@ def _sampled(
     for end, at in zip(ends, (0, len(values)), strict=True):
         near = values[-1 if at else 0]
         beyond = end.value > near if at else end.value < near
-        if beyond and np.abs(end.points - points[-1 if at else 0]).max() < CLOSE * width:
+        if beyond and (np.abs(end.points - points[-1 if at else 0]) < CLOSE * width).all():
             values, points = np.insert(values, at, end.value), np.insert(points, at, end.points, 0)
             multipliers = np.insert(multipliers, at, multipliers[-1 if at else 0], 0)
     columns = curve.points[listed].reshape(curve.points.shape[1], -1)

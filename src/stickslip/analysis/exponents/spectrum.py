@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analysis.exponents._tangent_kernels import carry_frame
 from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.maps.arguments import check_values, space_family, space_map, space_points
-from stickslip.analysis.maps.protocol import orbits
+from stickslip.analysis.maps.protocol import lengths, measured, orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_STEPS, shown, whole_number
@@ -175,7 +175,8 @@ def _growth(
     aligning, tell = min(skip, ALIGNING), work.steps(skip + n)
     total = aligning + n
     image, growth = np.empty((k, d)), np.empty((total, k))
-    size = float(np.abs(x).max())  # a cycle at 0 recurs within what the orbit has been
+    unit = lengths(f)
+    size = float(np.abs(x / unit).max())  # a cycle at 0 recurs within what the orbit has been
     for start in range(0, skip - aligning, CHUNK):
         steps = min(CHUNK, skip - aligning - start)
         x = orbits(f, x[None], steps)[0, -1]
@@ -189,7 +190,7 @@ def _growth(
             growth[:] = time = np.nan
             break
         values = f.evaluate(orbit[:-1])
-        jacobians = np.ascontiguousarray(values.derivative)
+        jacobians = np.ascontiguousarray(measured(values.derivative, unit))
         carry_frame(jacobians, frame, image, growth[start : start + CHUNK])
         lasting: Any = getattr(f, "period", np.nan)
         if getattr(f, "whole_duration", False):
@@ -199,7 +200,8 @@ def _growth(
     with np.errstate(divide="ignore"):
         logs = np.log(growth[aligning:])
         visited = np.concatenate(points)
-        period = settled_period(visited, RECURS * max(size, float(np.abs(visited).max())))
+        sizes = visited / unit
+        period = settled_period(sizes, RECURS * max(size, float(np.abs(sizes).max())))
         if period:
             sizes = np.abs(multipliers_of(f.evaluate(visited[-period:]).derivative))[:k]
             sizes[np.isneginf(logs).any(axis=0)] = 0.0  # not the rounding of a product

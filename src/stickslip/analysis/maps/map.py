@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.differences import extrapolated_difference, parameter_difference
-from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, box_points, mix_labels, reduced
+from stickslip.analysis.maps.protocol import (
+    UNDEFINED,
+    PointValues,
+    box_points,
+    lengths,
+    mix_labels,
+    reduced,
+)
 from stickslip.analysis.maps.user_function import (
     Function,
     UserMap,
@@ -446,7 +453,7 @@ class Map(UserMap):
             return plain, str(reason)
         x = self._probes
         values, check = (each.values(x, self._parameters) for each in (traced, plain))
-        size = 1.0 + np.abs(np.nan_to_num(check))
+        size = lengths(self) + np.abs(np.nan_to_num(check))
         if not np.allclose(values / size, check / size, 0.0, TRACED_AGREES, equal_nan=True):
             return plain, "what it computes depends on the type of its argument"
         return traced, ""

@@ -295,6 +295,14 @@ def domain_size(f: Map1D) -> float:
     return max(abs(end) for end in f.domain)
 
 
+def length(width: Any) -> Any:
+    """Return the power of 1024 nearest to a width: 1 of widths about 1.
+
+    Measured in it, as in metres or kilometres, nothing depends on a unit, nor loses a digit.
+    """
+    return np.exp2(10.0 * np.round(np.log2(width) / 10.0))
+
+
 def is_ok(values: MapValues) -> NDArray[np.bool_]:
     """Return where a map has a value, so that slopes and labels there mean something."""
     return np.asarray(values.status) == OK
@@ -326,6 +334,24 @@ def apart(f: MapND, x: Floats, y: Floats) -> Floats:
     """Differences of points, angles the short way round."""
     difference: Floats = x - y
     return difference - _whole_turns(f, difference)
+
+
+def lengths(f: MapND) -> Floats:
+    """Lengths to measure the coordinates of a map's points in, (n,); 1 of an endless domain."""
+    domain = getattr(f, "domain", None)
+    if domain is not None:
+        width = np.ptp(np.asarray(domain, dtype=np.float64), axis=1)
+    else:
+        try:
+            width = np.ptp(f.spread(256), axis=0)
+        except ValueError:  # no bounds
+            width = np.ones(f.dimension)
+    return length(np.where(np.isfinite(width) & (width > 0.0), width, 1.0))
+
+
+def measured(jacobians: Floats, unit: Floats | float) -> Floats:
+    """Jacobians (..., n, n) of points that are measured in units, or slopes of those of a line."""
+    return jacobians * unit / np.asarray(unit)[..., None]
 
 
 def turned_near(f: MapND, x: Floats, near: Floats) -> Floats:

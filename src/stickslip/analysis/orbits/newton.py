@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import apart, domain_size, sample
+from stickslip.analysis.maps.protocol import apart, domain_size, lengths, measured, sample
 from stickslip.analysis.orbits._kernels import NewtonLimits, NewtonStates, cyclic_rows, newton_step
 from stickslip.analysis.orbits.bundles import OrbitBundle
 from stickslip.analysis.orbits.orbit import orbit_of
@@ -232,14 +232,14 @@ def solve_orbits(f: MapND, guesses: Floats) -> Solutions:
 
 
 class _Iteration:
-    """Newton's method for many orbits, in step."""
+    """Newton's method for many orbits, in step; sizes, steps and residuals in the map's lengths."""
 
     def __init__(self, f: MapND, guesses: Floats) -> None:
-        self.f = f
+        self.f, self.unit = f, lengths(f)
         self.x = guesses.copy()
         values = sample(f, self.x)
         self.jacobians, self.labels = values.derivative.copy(), values.label.copy()
-        self.residuals, self.size = _residuals(f, values, self.x)
+        self.residuals, self.size = self._residuals(values, self.x)
         self.active = np.isfinite(self.size)
         self.torn = np.zeros(len(guesses), dtype=bool)  # the last step led off: to another piece
         self.n_evaluations = self.x[..., 0].size
@@ -265,7 +265,7 @@ class _Iteration:
                 self.active[index] = False
 
     def _newton_steps(self, index: NDArray[np.intp]) -> Floats:
-        matrix = shooting_matrix(self.jacobians[index])
+        matrix = shooting_matrix(measured(self.jacobians[index], self.unit))
         right = self.residuals[index].reshape(len(index), -1, 1)
         try:
             steps = -np.linalg.solve(matrix, right)
@@ -276,14 +276,14 @@ class _Iteration:
         return np.asarray(steps.reshape(self.x[index].shape))
 
     def _sizes(self) -> Floats:
-        return np.asarray(1.0 + np.nan_to_num(np.abs(self.x).max(axis=(1, 2))))
+        return np.asarray(1.0 + np.nan_to_num(np.abs(self.x / self.unit).max(axis=(1, 2))))
 
     def _try(self, index: NDArray[np.intp], steps: Floats, share: float) -> NDArray[np.bool_]:
         """Go where the residual falls; tell where it does."""
-        x = self.x[index] + steps
+        x = self.x[index] + steps * self.unit
         values = sample(self.f, x)
         self.n_evaluations += x[..., 0].size
-        residuals, size = _residuals(self.f, values, x)
+        residuals, size = self._residuals(values, x)
         better: NDArray[np.bool_] = size < (1.0 - DECREASE * share) * self.size[index]
         self.torn[index] = ~(size <= CLOSED * self._sizes()[index])
         at = index[better]
@@ -295,20 +295,20 @@ class _Iteration:
         """Return what has been reached."""
         closed = self._is_closed() & ~self.torn
         rows = np.flatnonzero(closed)
-        matrix = shooting_matrix(self.jacobians[rows])
+        matrix = shooting_matrix(measured(self.jacobians[rows], self.unit))
         least = np.linalg.svd(matrix, compute_uv=False)[:, -1]
         sizes = self._sizes()[rows]
         found = closed.copy()
         found[rows] = self.size[rows] + EPS * sizes <= SETTLED * sizes * least
-        parts = (self.x, self.jacobians, self.labels, self.size)
+        size = np.abs(self.residuals * self.unit).max(axis=(1, 2))
+        parts = (self.x, self.jacobians, self.labels, size)
         return Solutions(*parts, found, closed & ~found, self.n_evaluations)
 
-
-def _residuals(f: MapND, values: PointValues, x: Floats) -> tuple[Floats, Floats]:
-    """``f(x_i) - x_(i+1)``, and the largest of each orbit: infinite where there is no value."""
-    residuals = apart(f, values.value, np.roll(x, -1, axis=-2))
-    smooth = np.isfinite(residuals).all(axis=(1, 2)) & np.isfinite(values.derivative).all(
-        axis=(1, 2, 3)
-    )
-    size = np.where(smooth, np.abs(np.nan_to_num(residuals)).max(axis=(1, 2)), np.inf)
-    return residuals, size
+    def _residuals(self, values: PointValues, x: Floats) -> tuple[Floats, Floats]:
+        """``f(x_i) - x_(i+1)``, and the largest of each orbit: infinite where there is no value."""
+        residuals = apart(self.f, values.value, np.roll(x, -1, axis=-2)) / self.unit
+        smooth = np.isfinite(residuals).all(axis=(1, 2)) & np.isfinite(values.derivative).all(
+            axis=(1, 2, 3)
+        )
+        size = np.where(smooth, np.abs(np.nan_to_num(residuals)).max(axis=(1, 2)), np.inf)
+        return residuals, size

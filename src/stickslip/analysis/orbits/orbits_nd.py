@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import apart, reduced, sample
+from stickslip.analysis.maps.protocol import apart, lengths, reduced, sample
 from stickslip.analysis.orbits.newton import monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
@@ -16,6 +16,8 @@ from stickslip.results.parts import part
 from stickslip.results.table import listed, more
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels, MapND
@@ -30,7 +32,9 @@ POOL: Final = (64, 128)  # points spread over the domain that seeds are made of
 EARLY: Final = 4  # iterates of each, itself included
 LATE: Final = (32, 36)  # and those near attractors
 PARTS: Final = 16  # of a table of distances, to save memory
-SAME: Final = 1e-8  # of an orbit's size: points of one orbit, reached from different seeds
+SAME: Final = (
+    1e-8  # of the domain's and an orbit's size: points of one orbit, reached from different seeds
+)
 MULTIPLIERS_SHOWN: Final = 3
 
 
@@ -346,7 +350,7 @@ class _Census:
     """Distinct solutions of one length, how often each was found, and which are orbits."""
 
     def __init__(self, f: MapND) -> None:
-        self.f = f
+        self.f, self.unit = f, lengths(f)
         self.n_seeds = self.n_evaluations = self.degenerate = 0
         self._found: list[tuple[Floats, Floats, Labels, float]] = []
         self._hits: list[int] = []
@@ -363,7 +367,7 @@ class _Census:
             parts = (points, solutions.jacobians[k], label, float(solutions.residual[k]))
             mean = self._mean(points)
             off = np.abs(np.array(self._means).reshape(-1, len(mean)) - mean).max(axis=1)
-            reach = SAME * (1.0 + np.abs(points).max())
+            reach = SAME * (1.0 + np.abs(points / self.unit).max())
             for known in np.flatnonzero(off <= 2.0 * reach):
                 if same_points(self.f, self._found[known][0], points):
                     self._hits[known] += 1
@@ -386,11 +390,12 @@ class _Census:
 
     def _mean(self, points: Floats) -> Floats:
         """Mean of something that neither the start of an orbit nor whole turns change."""
-        turn = np.broadcast_to(getattr(self.f, "periods", np.inf), points.shape[-1:]) / math.tau
+        turn = getattr(self.f, "periods", np.inf) / (math.tau * self.unit)
         angle = np.isfinite(turn)
-        phase = points[:, angle] / turn[angle]
+        x = points / self.unit
+        phase = x[:, angle] / turn[angle]
         waves = [turn[angle] * np.sin(phase), turn[angle] * np.cos(phase)]
-        return np.concatenate([points[:, ~angle], *waves], axis=1).mean(axis=0)
+        return np.concatenate([x[:, ~angle], *waves], axis=1).mean(axis=0)
 
     def orbits(self) -> list[PeriodicOrbitND]:
         """Those of minimal period."""
@@ -414,15 +419,18 @@ def distinct_orbits(f: MapND, guesses: Floats) -> list[PeriodicOrbitND]:
 def is_minimal(f: MapND, points: Floats) -> bool:
     """Tell whether no shorter orbit is run through several times."""
     p = len(points)
-    shifts = [q for q in range(1, p) if p % q == 0]
-    return not any(_close(f, points, np.roll(points, q, axis=0)) for q in shifts)
+    return not _coincide(f, points, points, [q for q in range(1, p) if p % q == 0])
 
 
 def same_points(f: MapND, one: Floats, other: Floats, tolerance: float = SAME) -> bool:
     """Tell whether points (p, n) are those of one orbit, in any turn."""
-    turns = (np.roll(other, k, axis=0) for k in range(len(other)))
-    return len(one) == len(other) and any(_close(f, one, turn, tolerance) for turn in turns)
+    return len(one) == len(other) and _coincide(f, one, other, range(len(other)), tolerance)
 
 
-def _close(f: MapND, one: Floats, other: Floats, tolerance: float = SAME) -> bool:
-    return bool(np.abs(apart(f, one, other)).max() <= tolerance * (1.0 + np.abs(one).max()))
+def _coincide(
+    f: MapND, one: Floats, other: Floats, turns: Iterable[int], tolerance: float = SAME
+) -> bool:
+    unit = lengths(f)
+    limit = tolerance * (1.0 + np.abs(one / unit).max())
+    turned = (np.roll(other, k, axis=0) for k in turns)
+    return any(np.abs(apart(f, one, each) / unit).max() <= limit for each in turned)

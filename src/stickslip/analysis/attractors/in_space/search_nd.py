@@ -16,7 +16,16 @@ from stickslip.analysis.attractors.lyapunov import SIGMAS, LyapunovExponent
 from stickslip.analysis.exponents.blocking import settled_period
 from stickslip.analysis.exponents.spectrum import exponent_along
 from stickslip.analysis.maps.arguments import space_points
-from stickslip.analysis.maps.protocol import SAME, apart, orbits, reduced, sample, turns
+from stickslip.analysis.maps.protocol import (
+    SAME,
+    apart,
+    lengths,
+    measured,
+    orbits,
+    reduced,
+    sample,
+    turns,
+)
 from stickslip.analysis.orbits.newton import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, is_minimal, make_orbit, same_points
 
@@ -173,7 +182,7 @@ class Search:
             lyapunov = LyapunovExponent(value, 0.0, orbit.period)
             kind, reason = "periodic", ""
         else:
-            jacobians = sample(self.f, known.points).derivative
+            jacobians = measured(sample(self.f, known.points).derivative, lengths(self.f))
             lyapunov = LyapunovExponent(*exponent_along(jacobians))
             kind, reason = self._kind(known, lyapunov, jacobians)
         return AttractorND(

@@ -21,7 +21,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 from stickslip.analysis.bifurcations.normal_forms import coefficient
 from stickslip.analysis.bifurcations.outcome import AttractorOutcome, Outcome
 from stickslip.analysis.continuation.continuation import follow_orbit
-from stickslip.analysis.maps.protocol import apart, orbits, reduced
+from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
@@ -190,7 +190,7 @@ class OrbitSurvey:
         shares = np.geomspace(NEAREST, reach, CLOUD)[:, None, None]
         guesses = centre + shares * self.size * rng.normal(size=(CLOUD, *centre.shape))
         found = distinct_orbits(f, reduced(f, np.concatenate([centre[None], guesses])))
-        scaled = float(reach * self.size.max())
+        scaled = float(reach * (self.size / lengths(f)).max())
         return [orbit for orbit in found if same_points(f, centre, orbit.points, scaled)]
 
     # ------------------------------------------------------------------ events
@@ -315,10 +315,10 @@ class OrbitSurvey:
     def _opening(self, orbit: PeriodicOrbitND, single: PeriodicOrbitND) -> float | None:
         """Distance between the halves of an orbit that runs twice around another; else None."""
         one, other = np.split(orbit.points, 2)
-        size = float(np.linalg.norm(apart(self.f, one, other)))
+        size = float(np.linalg.norm(apart(self.f, one, other) / self.size))
         middle = one - 0.5 * apart(self.f, one, other)
         turns = (np.roll(single.points, k, axis=0) for k in range(single.period))
-        away = min(np.linalg.norm(apart(self.f, middle, turn)) for turn in turns)
+        away = min(np.linalg.norm(apart(self.f, middle, turn) / self.size) for turn in turns)
         return size if away < 0.5 * size else None
 
 

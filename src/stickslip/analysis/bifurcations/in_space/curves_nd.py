@@ -30,7 +30,7 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import Passed, first_point
 from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
-from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.maps.protocol import lengths, measured, sample
 from stickslip.analysis.orbits.newton import shooting_matrix
 from stickslip.numerics.continuation import LeavesRegion, StepControl
 from stickslip.results.parts import part
@@ -91,26 +91,30 @@ class Critical:
 
 @dataclass(eq=False)
 class PlaneOrbit:
-    """The equations f(x_i) = x_(i+1) over y = (x, maybe an angle, q, s), and a condition."""
+    """The equations f(x_i) = x_(i+1) over y = (x, maybe an angle, q, s), and a condition.
+
+    In y, slopes and residuals points are measured in the map's lengths.
+    """
 
     plane: Plane
     pieces: list[set[int]]
     size: Floats  # of the domain, (n,)
     widths: tuple[float, float]  # scales of q and s
+    unit: Floats  # of y, (n,)
 
     def points(self, y: Floats) -> Floats:
         """Return the points of the orbit, (p, n)."""
-        return y[: len(self.pieces) * len(self.size)].reshape(len(self.pieces), -1)
+        return y[: len(self.pieces) * len(self.size)].reshape(len(self.pieces), -1) * self.unit
 
     def accept(self, note: Critical) -> None:
         """Get ready for the neighbourhood of a point."""
 
     def orbit(self, f: FamilyND, points: Floats, s: float) -> tuple[Floats, Floats, Linearized]:
         """Return the residual of an orbit, its Jacobian by points, q and s, and the slopes."""
-        equations = OrbitEquations(f, self.plane.along, self.pieces)
-        residual, jacobian, note = equations(np.append(points, s))
-        by_q = np.asarray(f.parameter_derivative(points, self.plane.solve_for)).ravel()
-        return residual, np.insert(jacobian, -1, by_q, axis=1), note
+        equations = OrbitEquations(f, self.plane.along, self.pieces, self.unit)
+        residual, jacobian, note = equations(equations.unknowns(points, s))
+        by_q = np.asarray(f.parameter_derivative(points, self.plane.solve_for)) / self.unit
+        return residual, np.insert(jacobian, -1, by_q.ravel(), axis=1), note
 
     def beside(self, q: float, s: float, share: float) -> list[list[FamilyND | None]]:
         """Return maps a share of the scales beside, in q, then in s; None where not allowed."""
@@ -190,7 +194,7 @@ class CriticalEquations(PlaneOrbit):
         """Differentiate the Jacobians at an orbit by each coordinate, (n, p, n, n)."""
         ways = DIFFERENCE * np.diag(self.size)[:, None, :]
         sides = [sample(f, points + sign * ways) for sign in (1.0, -1.0)]
-        return self._difference(sides, note, DIFFERENCE * self.size[:, None])
+        return self._difference(sides, note, DIFFERENCE * (self.size / self.unit)[:, None])
 
     def _by_parameters(self, points: Floats, q: float, s: float, note: Linearized) -> list[Floats]:
         """Differentiate the Jacobians at an orbit by q and by s, (p, n, n)."""
@@ -208,7 +212,7 @@ class CriticalEquations(PlaneOrbit):
             own = known and (side.label == note.labels) & (side.status == OK)
             shape = np.shape(np.asarray(h) * np.ones(len(note.labels)))
             inside.append(np.broadcast_to(own, shape))
-            there = side.derivative if known else note.slopes
+            there = measured(side.derivative, self.unit) if known else note.slopes
             moved.append(np.where(inside[-1][..., None, None], there, note.slopes))
         count = inside[0].astype(np.float64) + inside[1]
         if not count.all():
@@ -236,7 +240,7 @@ class BorderEquations(PlaneOrbit):
         ahead, behind = np.split(self._distance(f, np.concatenate([x + steps, x - steps])), 2)
         row = np.zeros(len(y))
         at = self.index * n
-        row[at : at + n] = (ahead - behind) / (2 * DIFFERENCE * self.size)
+        row[at : at + n] = (ahead - behind) / (2 * DIFFERENCE * self.size / self.unit)
         for k, pair in enumerate(self.beside(q, s, DIFFERENCE)):
             here = [distance if g is None else self._distance(g, x[None])[0] for g in pair]
             count = sum(g is not None for g in pair)
@@ -244,7 +248,7 @@ class BorderEquations(PlaneOrbit):
         inside = points.copy()
         inside[self.index] += min(distance - JUST_INSIDE, 0.0) * self.way
         residual, jacobian, note = self.orbit(f, inside, s)
-        shift = (points - inside).ravel()
+        shift = ((points - inside) / self.unit).ravel()
         residual = residual + jacobian[:, :-2] @ shift
         none = np.zeros(0)
         critical = Critical(note, np.nan, none, none, np.nan)
@@ -293,7 +297,7 @@ class BorderEquations(PlaneOrbit):
                 near = self._inside(f, points[index, None], np.array([[-NEAREST, NEAREST]]))[0]
                 if near[0] and not near[1]:
                     slopes = self(y)[1][-1, index * len(way) :][: len(way)]
-                    k = int(np.argmax(np.abs(slopes) * self.size))
+                    k = int(np.argmax(np.abs(slopes) * self.size / self.unit))
                     self.way = -np.sign(slopes[k]) * axes[k]
                     return True
         return False
@@ -315,11 +319,12 @@ class CriticalFollower(PlaneFollower):
         """Set out from a bifurcation; a ValueError if there is none nearby."""
         f: Any = self.plane.map_at(q, s)
         size, width = np.ptp(f.spread(256), axis=0), self.high - self.low or 1.0
+        unit = lengths(f)
         wrong = f"there is no such bifurcation near {self.name} = {s:.12g}: "
         pieces = [{label} for label in labels.tolist()]
-        known = self.plane, pieces, size, (max(abs(q), 1e-3 * width), width)
+        known = self.plane, pieces, size, (max(abs(q), 1e-3 * width), width), unit
         turn = [angle] if self.which == "neimark_sacker" else []
-        y = np.concatenate([points.ravel(), turn, [q, s]])
+        y = np.concatenate([(points / unit).ravel(), turn, [q, s]])
         self.equations: CriticalEquations | BorderEquations
         if self.which in BORDERS:
             self.equations = border = BorderEquations(*known)
@@ -333,13 +338,14 @@ class CriticalFollower(PlaneFollower):
             raise ValueError(f"{wrong}{left.cause}.") from left
         # How far all else moves while the parameter crosses its range.
         moves = width * np.abs(np.linalg.lstsq(jacobian[:, :-1], -jacobian[:, -1], rcond=None)[0])
-        domain = np.tile(size, len(points))
+        domain = np.tile(size / unit, len(points))
         reach = np.clip(moves[: domain.size], MOVES * domain, domain)
         steep = scale_between(float(moves[-1]), q, width)
         scale = np.array([*reach, *np.ones(len(turn)), steep, width])
         self.equations.widths = steep, width
         self.curve = self.line(self.equations, scale)
-        return first_point(self.curve, y, wrong, NEAR * float((domain / reach).max()))
+        near = NEAR * float((domain / reach).max())
+        return first_point(self.curve, y, wrong, near, self.equations.points)
 
     def points(self, point: CurvePoint) -> Floats:
         """Return the points of the orbit."""
@@ -431,7 +437,8 @@ def follow_bifurcation_nd(
     for orbit in (*item.orbits_after, *item.orbits_before):
         if item.kind in BORDERS and orbit.period == len(points):  # labels at the border are of both
             turns = [np.roll(orbit.points, k, axis=0) for k in np.arange(len(points))]
-            turn = int(np.argmin([np.abs(each - points).max() for each in turns]))
+            off = [np.abs((each - points) / lengths(system)).max() for each in turns]
+            turn = int(np.argmin(off))
             labels = np.roll(orbit.labels, turn)
     pairs = multipliers[multipliers.imag > 0]
     angle = float(np.angle(pairs[np.argmin(np.abs(np.abs(pairs) - 1.0))])) if pairs.size else 0.0
