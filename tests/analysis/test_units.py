@@ -141,3 +141,84 @@ def test_bifurcations_of_the_plane_are_the_same_in_any_units(units):
     a, b = one[2].parameters["a"], one[2].parameters["b"]
     np.testing.assert_allclose(a, 0.75 * (1 - b) ** 2, rtol=1e-9)
     assert len(a) == pytest.approx(len(other[2]), rel=0.2)
+
+
+# ------------------------------------------------------------------ on a line
+
+FAMILIES = {
+    "logistic": (lambda u, r: r * u * (1 - u), lambda u, r: r * (1 - 2 * u), (0, 1), 3.5),
+    "cubic": (lambda u, r: r * u - u**3, lambda u, r: r - 3 * u**2, (-2, 2), 2.2),
+    "kink": (
+        lambda u, r: np.where(u < 0, 0.4 * u, -1.7 * u) + r,
+        lambda u, r: np.where(u < 0, 0.4, -1.7) + 0 * u,
+        (-1, 1),
+        0.1,
+    ),
+    "jump": (
+        lambda u, r: 0.6 * u + r + np.where(u < 0, 0.4, -0.5),
+        lambda u, r: 0.6 + 0 * u,
+        (-1, 1),
+        0.1,
+    ),
+    "gap": (
+        lambda u, r: np.where((u > 0.1) & (u < 0.25), np.nan, 1 - r * u * u),
+        lambda u, r: -2 * r * u,
+        (-1, 1),
+        1.6,
+    ),
+}
+UNITS = [(2.0**-30, 2.0**20), (1e-9, 1e9), (1e9, 1e-9), (2.0**15, 2.0**-15)]
+
+
+def line(name, unit, of_parameter, given):
+    """Make a map of a line in units, with a derivative if it is given."""
+    func, slope, (low, high), r = FAMILIES[name]
+    return ss.PiecewiseMap(
+        lambda x, r: unit * func(x / unit, r / of_parameter),
+        (low * unit, high * unit),
+        parameters={"r": r * of_parameter},
+        derivative=(lambda x, r: slope(x / unit, r / of_parameter)) if given else None,
+    )
+
+
+@cache
+def known(name, unit, of_parameter, given):
+    """What is known of a map of a line, without units."""
+    f = line(name, unit, of_parameter, given)
+    listed, basins = ss.periodic_orbits(f, 6), ss.basins(f)
+    attractors = basins.attractors
+    return (
+        [(o.period, o.points / unit, np.array([o.multiplier])) for o in listed],
+        [(a.kind, a.period) for a in attractors],
+        [*(basins.share(k) for k in range(len(attractors))), listed.resolution / unit],
+    )
+
+
+@pytest.mark.parametrize("given", [True, False])
+@pytest.mark.parametrize("units", UNITS)
+@pytest.mark.parametrize("name", FAMILIES)
+def test_orbits_attractors_and_basins_of_a_line_are_the_same_in_any_units(name, units, given):
+    one, other = known(name, *units, given), known(name, 1.0, 1.0, given)
+    agree(one[0], other[0], 1e-9)
+    assert one[1] == other[1]
+    np.testing.assert_allclose(one[2][:-1], other[2][:-1], rtol=1e-9)
+    assert 1 / 32 <= one[2][-1] / other[2][-1] <= 32
+
+
+@pytest.mark.parametrize(("units", "given"), [(UNITS[1], True), (UNITS[1], False)])
+@pytest.mark.parametrize(
+    ("name", "ends"), [("logistic", (2.9, 3.5)), ("cubic", (0.9, 2.1)), ("kink", (-0.1, 0.2))]
+)
+def test_bifurcations_of_a_line_are_the_same_in_any_units(name, ends, units, given):
+    def events(unit, of_parameter):
+        f = line(name, unit, of_parameter, given)
+        low, high = (end * of_parameter for end in ends)
+        found = ss.bifurcations(f, "r", (low, high), max_period=2)
+        assert not found.unresolved
+        return [(b.kind, b.period, b.criticality, b.value / of_parameter) for b in found]
+
+    one, other = events(*units), events(1.0, 1.0)
+    assert [item[:3] for item in one] == [item[:3] for item in other]
+    assert len(one) > 0
+    values = [[item[3] for item in found] for found in (one, other)]
+    np.testing.assert_allclose(*values, rtol=1e-11, atol=1e-14)

@@ -15,7 +15,7 @@ from flint import arb
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.branches.mesh import finest
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import domain_width
 from stickslip.analysis.orbits.periodic import periodic_orbits
@@ -149,7 +149,7 @@ def partition(f: Map1D) -> list[Interval]:
     # These points lie close beside the values at the ends, on the inner side: so an interval at an
     # end is taken over whole ones. Beside each point a gap belongs to none; the map takes it into
     # the gap of the point's image, and so an end of an interval beyond the end of another.
-    laps = branch_table(f, RESOLUTION).pieces
+    laps = branch_table(f, finest(f)).pieces
     width = domain_width(f)
     ends = np.unique(np.concatenate([laps.left, laps.right]))
     gaps = dict.fromkeys(ends.tolist(), GAP * width)
@@ -178,7 +178,7 @@ def snap_back(f: Map1D) -> list[Interval]:
     """
     # Backward: near the fixed point the orbit converges to it, as a repeller's does. Each interval
     # is as wide as its image must be, the one around the fixed point reaches to the first point.
-    laps = branch_table(f, RESOLUTION).pieces
+    laps = branch_table(f, finest(f)).pieces
     width = domain_width(f)
     found: list[tuple[float, float, list[float]]] = []
     for orbit in periodic_orbits(f, 1):

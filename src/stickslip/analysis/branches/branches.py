@@ -81,7 +81,8 @@ def branches(f: Map1D | Modelled[Map1D], resolution: float | None = None) -> Bra
         An event map, a `PiecewiseMap`, a power of one (``f.power(p)``), or a model.
     resolution : float, optional
         Everything wider is found; what stayed undecided is listed with its reason. By default
-        1e-9, or more where more than 64 branches narrower than a thousandth of the domain crowd.
+        1e-9 of the domain's width, taken to the nearest power of 1024; more where more than 64
+        branches narrower than a thousandth of the domain crowd.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import BEND, STEP
-from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.branches.mesh import finest
 from stickslip.numerics.arrays import Columns
 from stickslip.results.result import Result
 
@@ -56,19 +56,19 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
         limits.value[ok], limits.slope[ok] = known.value, known.slope
         return limits
     # Where less is resolved limits are no less sharp.
-    h = np.minimum(min(mesh.resolution, RESOLUTION), ROOM * room)
-    finest = 64 * np.spacing(np.abs(ends.x))
-    h = np.maximum(h, finest)
+    h = np.minimum(min(mesh.resolution, finest(mesh.f)), ROOM * room)
+    smallest = 64 * np.spacing(np.abs(ends.x))
+    h = np.maximum(h, smallest)
     limits, off = _limits_from(mesh, ends, inward, h)
     # Branches that bend on a scale of less than h are asked closer by, while that helps.
-    (at,) = np.nonzero((off > BEND) & (h > finest))
+    (at,) = np.nonzero((off > BEND) & (h > smallest))
     while at.size:
-        h[at] = np.maximum(CLOSEST * h[at], finest[at])
+        h[at] = np.maximum(CLOSEST * h[at], smallest[at])
         closer, still_off = _limits_from(mesh, ends.take(at), inward[at], h[at])
         better = still_off < off[at]
         at, closer, still_off = at[better], closer.take(better), still_off[better]
         limits.value[at], limits.slope[at], off[at] = closer.value, closer.slope, still_off
-        at = at[(still_off > BEND) & (h[at] > finest[at])]
+        at = at[(still_off > BEND) & (h[at] > smallest[at])]
     return limits
 
 

@@ -16,6 +16,7 @@ from stickslip.analysis.maps.protocol import (
     PointValues,
     domain_width,
     is_ok,
+    length,
     sample,
     values_and_slopes,
 )
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
     Indices = NDArray[np.intp]
 
-RESOLUTION: Final = 1e-9  # of tables, where branches do not crowd, and of limits at breaks
+RESOLUTION: Final = 1e-9  # of the domain: `finest` of tables, and of limits at breaks
 WIDE: Final = 1e-3  # of the domain: branches that are all told apart, and the largest resolution
 N_START: Final = 101  # nodes of the first grid; ten times as many found nothing more
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
@@ -91,6 +92,11 @@ class Nodes(Columns):
     def same_as_next(self) -> Bools:
         """Tell for each cell whether its two nodes have the same label, or both no value."""
         return (self.ok[1:] == self.ok[:-1]) & (self.label[1:] == self.label[:-1])
+
+
+def finest(f: Map1D) -> float:
+    """Return the resolution of tables where branches do not crowd."""
+    return RESOLUTION * float(length(domain_width(f)))
 
 
 @dataclass

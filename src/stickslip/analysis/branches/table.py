@@ -15,7 +15,7 @@ import numpy as np
 from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_inside
 from stickslip.analysis.branches.discontinuities import ACCUMULATE, Unresolved, find_discontinuities
 from stickslip.analysis.branches.laps import Segments, smooth_stretches, tabulate_laps
-from stickslip.analysis.branches.mesh import RESOLUTION, WIDE, Mesh
+from stickslip.analysis.branches.mesh import WIDE, Mesh, finest
 from stickslip.analysis.branches.pieces import (
     Hints,
     TooManyPiecesError,
@@ -200,7 +200,7 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
     if resolution is None:
         found = _RESOLUTION.get()
         events = math.inf if found is None else SPENT
-        resolution, crowd = min(found or RESOLUTION, WIDE * (hi - lo)), CROWD
+        resolution, crowd = min(found or finest(f), WIDE * (hi - lo)), CROWD
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution <= WIDE * (hi - lo):
         raise ValueError(

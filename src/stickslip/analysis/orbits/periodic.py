@@ -92,7 +92,7 @@ def periodic_orbits(
         On a line: whether to list orbits of the map with its jumps filled in, too: one point is
         a jump d, its image y any value between f(d-) and f(d+).
     resolution : float, optional
-        On a line: of the map's table of branches, 1e-9 by default.
+        On a line: of the map's table of `branches`.
     n_starts : int, optional
         In R^n: starts of Newton's method for each period in the first round, 256 by default. As
         many again follow until they find no new orbit and each was found three times, 16 times

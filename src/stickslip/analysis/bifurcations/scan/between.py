@@ -26,7 +26,7 @@ from stickslip.analysis.bifurcations.scan.near_misses import hidden_folds
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.tracking import Ending, Piece, Span, Way, follow, join
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
-from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.branches.mesh import finest
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import domain_width
 
@@ -50,8 +50,13 @@ class Range:
     lo: float
     hi: float
     max_period: int
-    resolution: float = RESOLUTION  # of the map's tables
+    resolution: float = 0.0  # of the map's tables, `finest` at least
     crowded: bool = False  # whether breaks accumulate where orbits may pass
+
+    def __post_init__(self) -> None:
+        """Find out what lengths are."""
+        self.finest = finest(self.family.at(self.lo))
+        self.resolution = max(self.resolution, self.finest)
 
     @cached_property
     def width(self) -> float:

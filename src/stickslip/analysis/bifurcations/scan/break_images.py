@@ -19,7 +19,7 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.bifurcations.scan.nodes import ON_BREAK
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
-from stickslip.analysis.branches.mesh import RESOLUTION
+from stickslip.analysis.branches.mesh import finest
 from stickslip.analysis.branches.pieces import returning
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.protocol import sample
@@ -160,7 +160,7 @@ def hidden_collisions(
 
 def _busy(table: BranchTable, images: dict[Name, BreakImages], max_period: int) -> set[Name]:
     """Return the breaks that an image of theirs may come back to; all but where some accumulate."""
-    if table.resolution <= RESOLUTION:
+    if table.resolution <= finest(table.f):
         return set(images)
     laps, back = table.laps, returning(table.laps, max_period)
     ends = {-1: laps.right, 1: laps.left}

@@ -24,7 +24,7 @@ from stickslip.analysis.bifurcations.scan.near_misses import (
 )
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses, returns_to_crowd
 from stickslip.analysis.branches.discontinuities import LONG_GAPS, LONG_MOTIONS
-from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
+from stickslip.analysis.branches.mesh import WIDE
 from stickslip.analysis.branches.table import (
     branch_table,
     resolution_of_lists,
@@ -100,7 +100,7 @@ class Survey(Range):
             if found > self.resolution:
                 # Tables that need hardly less than others are the same, and serve the lists, too.
                 self.resolution = min(2.0 ** math.ceil(math.log2(found)), WIDE * self.width)
-            if found > RESOLUTION and not self.crowded:
+            if found > self.finest and not self.crowded:
                 self.crowded = returns_to_crowd(table, self.max_period)
         return self.resolved()
 
@@ -111,7 +111,7 @@ class Survey(Range):
             reason = "outside the question: narrow branches inside gaps, where motions are long"
             self.outside.append(UnresolvedChange(reason, self.lo, self.hi))
         self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
-        if self.resolution == RESOLUTION:
+        if self.resolution == self.finest:
             return
         returning = (returns_to_crowd(node.table, self.max_period) for node in nodes)
         self.crowded = self.crowded or any(returning)
