@@ -272,3 +272,15 @@ def test_no_step_in_a_parameter_is_too_long_for_the_map(centre):
     )
     found = f.parameter_derivative(np.array([-0.3, 0.4]), "p")
     np.testing.assert_allclose(found, 400 / 1.4, rtol=1e-6, atol=0)
+
+
+@pytest.mark.parametrize("corner", [0.0, 0.3])
+def test_slopes_are_right_close_to_a_root_like_corner(corner):
+    """Nor are there gaps where differences over both sides of the corner seem smooth."""
+    f = ss.PiecewiseMap(lambda x: 0.6 * np.sqrt(np.abs(x - corner)) - 0.1, (-1.0, 1.0))
+    x = np.concatenate([corner + np.geomspace(1e-11, 0.1, 41) * side for side in (-1.0, 1.0)])
+    off = x - corner
+    wanted = 0.3 * np.sign(off) / np.sqrt(np.abs(off))
+    np.testing.assert_allclose(f.derivative(x), wanted, rtol=1e-6)
+    assert not len(f.gaps)
+    assert not ss.breakpoints(f).of_kind("edge")

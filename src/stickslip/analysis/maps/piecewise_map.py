@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import (
+    SHARP,
     complex_step,
     extrapolated_difference,
     parameter_difference,
@@ -280,8 +281,19 @@ class PiecewiseMap(UserMap, EvaluatedMap):
             self._analytic = self._complex_step_agrees()
         if self._analytic:
             return complex_step(lambda z: self._func(z, **self._parameters), x)
-        lo, hi = self._domain
-        return extrapolated_difference(self._values_inside, x, hi - lo, self._same_branch)[0]
+        return self._differences(x)[0]
+
+    def _differences(self, x: Floats) -> tuple[Floats, Floats]:
+        """Return slopes and errors; where differences tell little, by shorter ones."""
+        func, same, (lo, hi) = self._values_inside, self._same_branch, self._domain
+        slope, error = extrapolated_difference(func, x, hi - lo, same)
+        (rough,) = np.nonzero(~(error <= SHARP * (1 + np.abs(slope))))
+        # Close to a root-like corner slopes are so large that such short steps leave digits.
+        if rough.size:
+            closer, doubt = extrapolated_difference(func, x[rough], SHARP * (hi - lo), same)
+            better = rough[doubt < error[rough]]
+            slope[better], error[better] = (each[doubt < error[rough]] for each in (closer, doubt))
+        return slope, error
 
     def _values_inside(self, x: Floats) -> Floats:
         """Values, NaN outside the domain, where ``func`` is never called."""
@@ -401,8 +413,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
                 slope = complex_step(lambda z: self._func(z, **self._parameters), x)
         except Exception:  # no complex arithmetic inside ``func``
             return False
-        lo, hi = self._domain
-        check, error = extrapolated_difference(self._values_inside, x, hi - lo, self._same_branch)
+        check, error = self._differences(x)
         allowed = COMPLEX_AGREES * (1 + np.abs(check)) + 10 * error
         return bool(np.all(np.abs(slope - check) <= allowed))
 
