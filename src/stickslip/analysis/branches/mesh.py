@@ -95,8 +95,8 @@ class Nodes(Columns):
 
 
 def finest(f: Map1D) -> float:
-    """Return the resolution of tables where branches do not crowd."""
-    return RESOLUTION * float(length(domain_width(f)))
+    """Return the resolution of tables where branches do not crowd; a window changes no units."""
+    return RESOLUTION * float(length(domain_width(getattr(f, "whole", f))))
 
 
 @dataclass

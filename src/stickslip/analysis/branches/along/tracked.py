@@ -23,7 +23,7 @@ from stickslip.analysis.branches.along.change_search import (
 )
 from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
 from stickslip.analysis.branches.discontinuities import are_apart, is_step
-from stickslip.analysis.branches.mesh import Nodes, finest
+from stickslip.analysis.branches.mesh import RESOLUTION, Nodes, finest
 from stickslip.analysis.branches.table import branch_table, remembered
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
@@ -209,7 +209,7 @@ class NearDiscontinuity:
     @property
     def resolution(self) -> float:
         """As in tables."""
-        return finest(self.f)
+        return min(finest(self.f), RESOLUTION * self.value_scale)
 
     def slopes(self, x: Floats) -> tuple[Floats, Floats]:
         """Evaluate the map."""
