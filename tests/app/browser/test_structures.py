@@ -83,6 +83,15 @@ def test_a_slider_that_reaches_0_stays(explorer, preset, slider):
     assert explorer.state["model"] == STATES[preset]["model"]
 
 
+def test_a_start_beyond_an_edge_is_told_of_its_own_side(explorer):
+    """There the damper is never released; it was told to be so beyond the edge, where it is."""
+    explorer.show("preset=damper", "map")
+    for d, side in ((4, "left of φ = 4, at 3.142: beyond"), (1, "right of φ = 1, at 3.142: before it")):
+        explorer.page.evaluate("(d) => explorer.startAt(d)", d)
+        explorer.settle("map")
+        assert f"{side}, block 1 makes no release." in explorer.view("map", "view.sentence()")
+
+
 def test_a_structure_s_return_map_is_a_map_of_the_line(explorer):
     explorer.show("preset=hunting-axis")
     explorer.settle("map", "power", "basins", "motion")

@@ -134,7 +134,8 @@ export class MapView extends View {
     const seen = breaks.filter(({ at }) => at >= shown[0] && at <= shown[1]);
     const [near] = (seen.length ? seen : breaks).sort((a, b) => Math.abs(a.at - d) - Math.abs(b.at - d));
     const where = near && `${near.name} ${near.at < d ? "left" : "right"} of ${name} = ${short(d, 4)}`;
-    const why = near?.why && `: ${near.why.split(AWAY)[0]}`;
+    const isBeyond = near && (near.at < d ? near.of.right : near.of.left) === null; // d, where no value is
+    const why = near?.why && `: ${near.why.split(AWAY)[0].replace("beyond", isBeyond ? "before it" : "beyond")}`;
     const nearest = near ? ` Nearest ${where}, at ${short(near.at, 4)}${why}.` : "";
     const each = ofBlocks ? "Each stick of both blocks" : `Each ${releaseOf(this.app.state)}`;
     return `${each}, at ${name}, leads to the next, at f(${name})${known}${off}${more}${nearest}`;
