@@ -37,6 +37,16 @@ def test_a_slider_is_moved_by_the_pointer(explorer):
     assert 1.6 < explorer.state["model"]["alpha"] < 2.0
 
 
+def test_a_number_that_leaves_0_keeps_the_views(explorer):
+    """The model's table leaves 0 out: one with damping was taken for another system, all views blank."""
+    slider = explorer.page.locator("[data-slider='damping']")
+    slider.press("ArrowRight")
+    assert explorer.state["model"]["damping"] == 0.001
+    shown = explorer.panel("map").get_attribute("data-state")
+    slider.press("Home")
+    assert shown != "empty"
+
+
 def test_many_keys_make_few_questions_and_the_last_wins(explorer):
     explorer.page.evaluate(
         """() => {

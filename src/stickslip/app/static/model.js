@@ -130,7 +130,7 @@ const lawEntry = (limits, law) =>
  */
 export const shapeOf = ({ model, section }) =>
   JSON.stringify([model, section], (key, value) =>
-    typeof value === "number" && key !== "at" ? 0 : value,
+    typeof value === "number" && key !== "at" ? undefined : value,
   );
 
 /** What a formula of one's own begins as. */
