@@ -8,6 +8,7 @@ from tests.app.talk import CHAIN
 
 import stickslip as ss
 from stickslip.app.folder import presets
+from stickslip.app.requests import Request, model_of
 from stickslip.mechanics.model.file import model_of_values, model_values
 
 STATES = {preset["name"]: preset["state"] for preset in presets()}
@@ -81,6 +82,33 @@ def test_a_slider_that_reaches_0_stays(explorer, preset, slider):
     explorer.page.locator(f"input[name='{slider}']").fill(before)
     explorer.page.keyboard.press("Enter")
     assert explorer.state["model"] == STATES[preset]["model"]
+
+
+def test_what_sliders_offer_the_model_takes(explorer):
+    """Those of all presets and kinds, forced and not: a slider from 0 was refused where a mass is 0."""
+    moved = explorer.page.evaluate(
+        """async (presets) => {
+            const { parametersOf, withForcing, withValue } = await import("/static/model.js");
+            const { completeState } = await import("/static/state.js");
+            const { limits } = explorer;
+            const kinds = limits.models.map((one) => one.default);
+            const forced = limits.models.filter((one) => one.forcing.length)
+                .map((one) => withForcing(limits, one.default, true));
+            const still = forced.filter(({ kind }) => kind === "blocks")
+                .map((model) => withValue(limits, model, "V", 0));
+            return [...presets, ...[...kinds, ...forced, ...still].map((model) => ({ model }))]
+                .map((given) => completeState(limits, given)).flatMap(({ model, sliders }) => {
+                    const { ofModel, ofLaws } = parametersOf(limits, model, sliders);
+                    return [...ofModel, ...ofLaws.flat()]
+                        .filter((one) => !one.per_block && !one.values)
+                        .flatMap(({ name, min, max }) => (sliders[name] ?? [min, max])
+                            .map((end) => withValue(limits, model, name, end)));
+                });
+        }""",
+        list(STATES.values()),
+    )
+    for model in moved:
+        model_of(Request(model))
 
 
 def test_a_start_beyond_an_edge_is_told_of_its_own_side(explorer):

@@ -174,7 +174,9 @@ export function parametersOf(limits, model, kept = {}) {
   const { parameters, forcing } = kindEntry(limits, model.kind);
   const what = whatRubs(model);
   const ofLaws = lawsOf(model).map((law, k) =>
-    parametersOfLaw(limits, law).map((one) => (hasLaws(model) ? ofBlock(one, k + 1, what) : one)),
+    parametersOfLaw(limits, law)
+      .filter(({ name }) => name !== "viscous" || !model.contact?.[k].stiffness) // its foot takes no other
+      .map((one) => (hasLaws(model) ? ofBlock(one, k + 1, what) : one)),
   );
   if (hasMatrices(model)) return { ofModel: entriesOf(model, kept).map(({ one }) => one), ofLaws };
   return { ofModel: model.forcing ? [...parameters, ...forcing] : parameters, ofLaws };
@@ -248,6 +250,9 @@ const SYMBOLS = {
 
 const EVERYWHERE = new Set(["static", "V", "amplitude", "frequency", "phase"]); // 0 is a value there
 
+/** What a model wants positive, or not 0. */
+const POSITIVE = ["mass", "static", "limit", "belt", "contact_stiffness", "frequency", "B", "C"];
+
 /** What a contact has where its table does not say. @type {Record<string, number>} */
 const UNSAID = { static: 1, V: 0 };
 
@@ -263,7 +268,8 @@ function entriesOf(model, kept) {
     const [letter, meaning] = /** @type {any} */ (SYMBOLS)[stem] ?? [stem, stem];
     const index = name.match(/\d+/g)?.join() ?? "";
     const told = { symbol: index ? `${letter}_${index}` : letter, meaning: `${meaning} ${index}`.trim() };
-    entries.push({ one: { name, ...told, default: value, ...rangeAbout(value) }, paths });
+    const isPositive = POSITIVE.includes(stem) || (stem === "stiffness" && !isStructure(model)); // definite
+    entries.push({ one: { name, ...told, default: value, ...rangeAbout(value, isPositive) }, paths });
   };
   (model.static ?? []).forEach((/** @type {number} */ _, /** @type {number} */ k) =>
     add(`static_${k + 1}`, "limit", [["static", k]]),
@@ -316,11 +322,11 @@ const isSymmetric = (rows) =>
       !Array.isArray(row) || row.every((value, j) => value === rows[j]?.[i]),
   );
 
-/** What a slider spans about a value of which nothing is known. @param {number} value */
-function rangeAbout(value) {
-  const reach = 2 * Math.abs(value) || 1;
-  const [min, max] = value > 0 ? [0, reach] : value < 0 ? [-reach, 0] : [-1, 1];
-  return { min, max, step: 10 ** Math.floor(Math.log10(reach) - 3) };
+/** What a slider spans about a value: from 0 to twice it, or half as far. @param {number} value @param {boolean} isPositive */
+function rangeAbout(value, isPositive) {
+  const reach = Math.abs(value) / (isPositive ? 2 : 1) || 1;
+  const min = isPositive && value === 0 ? 0 : value - reach;
+  return { min, max: value + reach, step: 10 ** Math.floor(Math.log10(2 * reach) - 3) };
 }
 
 /** Of how many numbers of a model each has a slider; of more those of contacts and forces. */
