@@ -38,7 +38,7 @@ def test_a_slider_is_moved_by_the_pointer(explorer):
 
 
 def test_a_number_that_leaves_0_keeps_the_views(explorer):
-    """The model's table leaves 0 out: one with damping was taken for another system, all views blank."""
+    """The table leaves 0 out: one with damping was taken for another system, all views blank."""
     slider = explorer.page.locator("[data-slider='damping']")
     slider.press("ArrowRight")
     assert explorer.state["model"]["damping"] == 0.001

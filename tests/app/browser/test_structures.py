@@ -85,10 +85,11 @@ def test_a_slider_that_reaches_0_stays(explorer, preset, slider):
 
 
 def test_what_sliders_offer_the_model_takes(explorer):
-    """Those of all presets and kinds, forced and not: a slider from 0 was refused where a mass is 0."""
+    """Those of all presets and kinds, forced or not: where a mass is 0 a slider was refused."""
     moved = explorer.page.evaluate(
         """async (presets) => {
-            const { parametersOf, withForcing, withValue } = await import("/static/model.js");
+            const { parametersOf, withForcing, withValue }
+                = await import("/static/model.js");
             const { completeState } = await import("/static/state.js");
             const { limits } = explorer;
             const kinds = limits.models.map((one) => one.default);
@@ -114,7 +115,10 @@ def test_what_sliders_offer_the_model_takes(explorer):
 def test_a_start_beyond_an_edge_is_told_of_its_own_side(explorer):
     """There the damper is never released; it was told to be so beyond the edge, where it is."""
     explorer.show("preset=damper", "map")
-    for d, side in ((4, "left of φ = 4, at 3.142: beyond"), (1, "right of φ = 1, at 3.142: before it")):
+    for d, side in (
+        (4, "left of φ = 4, at 3.142: beyond"),
+        (1, "right of φ = 1, at 3.142: before it"),
+    ):
         explorer.page.evaluate("(d) => explorer.startAt(d)", d)
         explorer.settle("map")
         assert f"{side}, block 1 makes no release." in explorer.view("map", "view.sentence()")
