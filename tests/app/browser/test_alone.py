@@ -83,6 +83,17 @@ def states(alone):
     return dict(alone.page.evaluate(f"() => {entries}"))
 
 
+def test_a_thread_that_hears_nothing_makes_way(alone):
+    """All that was asked later waited for an answer that nobody wanted any more, up to 40 s."""
+    alone.page.evaluate("() => { location.hash = 'preset=law9-map'; }")
+    alone.page.wait_for_function(ALL_SHOWN)
+    for name, value in (("alpha", 3), ("V", 0.001), ("damping", 0.1)):
+        alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [name, value])
+        alone.page.wait_for_timeout(500)
+    told = "() => explorer.standing('diagram').reason.startsWith('not computed on this page')"
+    alone.page.wait_for_function(told, timeout=5000)
+
+
 CURRENT = """() => ["map", "power", "portrait-1", "plane", "law"].every((name) =>
     explorer.views.find(({ id }) => id === name).panel.section.dataset.state === "current")"""
 

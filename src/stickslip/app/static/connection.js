@@ -5,6 +5,7 @@
  */
 
 const PATIENCE_MS = 120; // a question that has run this long gives way to a newer one
+const SILENT_MS = 1000; // a thread that hears nothing for so long is ended
 const RETRY_MS = [300, 1000, 3000];
 
 /** @type {Record<string, any>} */
@@ -52,9 +53,19 @@ export class Socket {
 /** A thread of this page, which knows maps and motions. @implements {Link} */
 export class Thread {
   /** @param {Parameters<Link["open"]>[0]} hears */
-  open({ onopen, onpart, onbroken }) {
+  open(hears) {
+    const { onopen, onpart, onbroken } = hears;
     this.worker = new Worker("static/live.js", { type: "module" });
-    this.worker.onmessage = ({ data }) => onpart(data);
+    this.timer = 0;
+    this.worker.onmessage = ({ data }) => {
+      clearTimeout(this.timer);
+      this.timer = 0;
+      onpart(data);
+    };
+    this.anew = () => {
+      this.worker?.terminate();
+      this.open(hears);
+    };
     this.worker.onerror = () => {
       this.send = () => setTimeout(onbroken); // whatever is asked later
       onbroken();
@@ -62,9 +73,10 @@ export class Thread {
     onopen();
   }
 
-  /** @param {object} message */
+  /** What computes one thing at a stretch does not hear that it is not wanted: another thread begins. @param {object} message */
   send(message) {
     this.worker?.postMessage(message);
+    if ("cancel" in message) this.timer ||= setTimeout(() => this.anew?.(), SILENT_MS);
   }
 }
 
@@ -100,14 +112,14 @@ export class Connection {
     setTimeout(() => this.#makeWay(running), Math.max(0, PATIENCE_MS - age));
   }
 
-  /** Give up what a slot asks; who is not connected has given it up at once. @param {string} slot */
+  /** Give up what a slot asks. @param {string} slot */
   cancel(slot) {
     this.waiting.delete(slot);
     const running = this.running.get(slot);
     if (!running) return;
     const { id, question } = running;
-    if (this.open) this.link.send({ cancel: slot });
-    else this.#receive({ ...ENDED, id, view: question.view });
+    this.#write({ cancel: slot });
+    this.#receive({ ...ENDED, id, view: question.view });
   }
 
   /** Give up what a slot asks, and hear no more of it. @param {string} slot */
