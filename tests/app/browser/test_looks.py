@@ -56,6 +56,16 @@ def test_nothing_overlaps_or_is_cut_off(explorer, size, preset):
     assert not cut
 
 
+def test_basins_are_seen_on_a_telephone(explorer):
+    explorer.page.set_viewport_size({"width": 390, "height": 844})
+    explorer.panel("basins").locator(".sentence").evaluate(
+        "(p) => (p.textContent = 'long '.repeat(60))"
+    )
+    explorer.page.wait_for_timeout(200)
+    ((_, top, _, bottom),) = boxes(explorer, ".panel-basins .plot")
+    assert bottom - top > 60
+
+
 @pytest.mark.parametrize("preset", ["law9", "drill-string"])
 def test_words_of_sliders_are_whole(explorer, preset):
     explorer.page.set_viewport_size({"width": 1024, "height": 768})
