@@ -86,6 +86,11 @@ def test_a_value_out_of_range_is_named_at_its_field(explorer):
     assert field.get_attribute("aria-invalid") is None
 
 
+def test_a_duration_that_is_refused_has_its_symbol(explorer):
+    explorer.type_into("t_end", -5)
+    assert explorer.page.locator(".controls > .error").text_content() == "T must be a number > 0"
+
+
 def test_an_error_of_a_question_that_is_past_is_not_named(explorer):
     explorer.page.evaluate(
         """() => {

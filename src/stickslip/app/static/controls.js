@@ -569,7 +569,7 @@ export class Controls {
     const { limits, state } = this.app;
     const { ofModel, ofLaws } = this.#listed(state);
     const all = [limits.laws.flatMap(({ parameters }) => parameters), ofModel, ofLaws.flat()].flat();
-    const symbols = new Map(all.map(({ name, symbol }) => [name, written(symbol)]));
+    const symbols = new Map(all.map(({ name, symbol }) => [name, written(symbol)])).set("t_end", "T");
     const titles = new Map(limits.laws.map(({ law, title }) => [law, title]));
     return text
       .replace(NUMBER, (name, base, index) =>
