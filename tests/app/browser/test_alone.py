@@ -94,6 +94,13 @@ def test_a_thread_that_hears_nothing_makes_way(alone):
     alone.page.wait_for_function(told, timeout=5000)
 
 
+def test_what_is_stopped_there_is_told_to_be_stopped(alone):
+    """Of a map that the page computes it said that it does not compute it."""
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.evaluate("() => { explorer.setParameter('mu', 0.3); explorer.cancel('map'); }")
+    assert alone.page.evaluate("() => explorer.standing('map').reason") == "stopped"
+
+
 CURRENT = """() => ["map", "power", "portrait-1", "plane", "law"].every((name) =>
     explorer.views.find(({ id }) => id === name).panel.section.dataset.state === "current")"""
 

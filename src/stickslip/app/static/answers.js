@@ -26,6 +26,7 @@ const ENOUGH = {
  * @property {Part[]} before  the parts of the answer that it replaces
  * @property {{message: string, field?: string | null}} [error]
  * @property {boolean} [cancelled]
+ * @property {boolean} [missing]  whether nothing here computes it
  * @property {boolean} [shipped]
  * @property {number} [compiling]  for how many seconds the server compiles kernels for it
  * @property {boolean} [waiting]  whether the server computes other views first
@@ -67,6 +68,7 @@ export class Answers {
     answer.error = part.error;
     answer.compiling = part.data.compiling;
     answer.waiting = part.data.waiting;
+    answer.missing = part.data.missing;
     answer.cancelled = part.cancelled;
     answer.done = Boolean(part.last && !part.error && !part.cancelled);
     // Parts of an answer are worked on side by side: the later may be told of first.
@@ -97,10 +99,10 @@ export class Answers {
   /**
    * @param {string} slot
    * @param {Question} present  what the page asks now
-   * @param {{running: boolean, open: boolean, alone: boolean}} link
+   * @param {{running: boolean, open: boolean}} link
    * @returns {Standing}
    */
-  standing(slot, present, { running, open, alone }) {
+  standing(slot, present, { running, open }) {
     const [shown, newest] = [this.shown.get(slot), this.newest.get(slot)];
     const asked = newest && alike(newest.question, present) ? newest : undefined;
     const fits = shown && alike(shown.question, present);
@@ -122,7 +124,7 @@ export class Answers {
         running && open ? "shipped; yours is being computed" : "shipped with the package",
       );
     if (fits && shown.done) return as("current");
-    const why = reason({ running, open, alone, stopped: Boolean(asked?.cancelled) });
+    const why = reason({ running, open, missing: Boolean(asked?.missing), stopped: Boolean(asked?.cancelled) });
     const later = asked?.waiting
       ? "after other views"
       : asked?.compiling && `compiling kernels, the first time only: ${asked.compiling} s`;
@@ -134,8 +136,8 @@ export class Answers {
 }
 
 /** Why an answer to the present values is not on its way; empty if it is. */
-function reason(/** @type {Record<string, boolean>} */ { running, open, alone, stopped }) {
-  if (alone && stopped && !running) return "not computed on this page: stickslip explore does";
+function reason(/** @type {Record<string, boolean>} */ { running, open, missing, stopped }) {
+  if (missing && !running) return "not computed on this page: stickslip explore does";
   if (!open) return "the server does not answer";
   return stopped && !running ? "stopped" : "";
 }

@@ -287,8 +287,9 @@ export class App {
 
   /** Stop; the same question may be asked again at once. @param {string} slot */
   cancel(slot) {
-    if (this.connection.running.has(slot)) this.asked.delete(slot);
+    const runs = this.connection.running.has(slot);
     this.connection.cancel(slot);
+    if (runs) this.asked.delete(slot); // only now: what follows the map asks all that is not asked
   }
 
   /** @param {string} slot @param {Question} question @param {Part} part */
@@ -320,7 +321,7 @@ export class App {
   /** @param {string} slot @returns {Standing} */
   standing(slot) {
     const { running, lost } = this.connection;
-    const link = { running: running.has(slot), open: !lost, alone: this.alone };
+    const link = { running: running.has(slot), open: !lost };
     return this.known.standing(slot, this.question(slot), link);
   }
 

@@ -199,7 +199,7 @@ async function answer({ id, slot, view, request }) {
   const part = (/** @type {object} */ more) =>
     self.postMessage({ id, view, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
   const engine = VIEWS[view] && (await engineOf(request.model));
-  if (!engine) return part({ cancelled: true });
+  if (!engine) return part({ cancelled: true, data: { missing: true } });
   const error = fault(request.model, engine.law);
   if (error) return part({ error });
   engine.until = performance.now() + PATIENCE_MS;
