@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, wraps
-from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, cast
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 import numpy as np
 
@@ -24,7 +24,12 @@ from stickslip.analysis.branches.pieces import (
     pieces_of_powers,
     tolerance,
 )
-from stickslip.analysis.maps.protocol import base_and_exponent, domain_size, domain_width
+from stickslip.analysis.maps.protocol import (
+    base_and_exponent,
+    domain_size,
+    domain_width,
+    remembered,
+)
 from stickslip.checks import finite_number
 from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.processes import travels
@@ -41,23 +46,9 @@ CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, 
 MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out
 SPENT: Final = 1 << 20  # events of long motions for one table of many, before less is resolved
-REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked many questions
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 
-T = TypeVar("T")
-
 _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None))
-
-
-def remembered(told: Callable[..., T]) -> Callable[..., T]:
-    """Keep what is told of the last maps, the first argument, but of those that are no keys."""
-    kept = lru_cache(maxsize=REMEMBERED)(told)
-
-    @wraps(told)
-    def asked(f: Any, *rest: Any) -> T:
-        return (kept if isinstance(f, Hashable) else told)(f, *rest)
-
-    return asked
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache, wraps
 from typing import (
     Any,
     ClassVar,
@@ -30,12 +31,25 @@ Labels: TypeAlias = NDArray[np.uint64]
 Codes: TypeAlias = NDArray[np.integer[Any]]
 
 M = TypeVar("M", covariant=True)
+T = TypeVar("T")
 
 UNDEFINED: Final = -1  # the map's function returned NaN there: a gap
 OUTSIDE: Final = -2  # the argument is NaN or outside the domain: an orbit that has left
 
 SAME: Final = 1e-12  # of a domain's width: positions so close agree, but for rounding
+REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked many questions
 DOMAIN_SLACK_ULP: Final = 4  # an argument this far outside the domain counts as its end
+
+
+def remembered(told: Callable[..., T]) -> Callable[..., T]:
+    """Keep what is told of the last maps, the first argument, but of those that are no keys."""
+    kept = lru_cache(maxsize=REMEMBERED)(told)
+
+    @wraps(told)
+    def asked(f: Any, *rest: Any) -> T:
+        return (kept if isinstance(f, Hashable) else told)(f, *rest)
+
+    return asked
 
 
 @runtime_checkable
@@ -336,6 +350,7 @@ def apart(f: MapND, x: Floats, y: Floats) -> Floats:
     return difference - _whole_turns(f, difference)
 
 
+@remembered
 def lengths(f: MapND) -> Floats:
     """Lengths to measure the coordinates of a map's points in, (n,); 1 of an endless domain."""
     domain = getattr(f, "domain", None)

@@ -24,9 +24,9 @@ from stickslip.analysis.branches.along.change_search import (
 from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
 from stickslip.analysis.branches.discontinuities import are_apart, is_step
 from stickslip.analysis.branches.mesh import RESOLUTION, Nodes, finest
-from stickslip.analysis.branches.table import branch_table, remembered
+from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
-from stickslip.analysis.maps.protocol import domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import domain_width, remembered, sample, values_and_slopes
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.continuation import LeavesRegion
 from stickslip.numerics.zeros import slope_zeros
