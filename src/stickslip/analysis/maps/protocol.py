@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache, wraps
 from typing import (
@@ -47,7 +47,11 @@ def remembered(told: Callable[..., T]) -> Callable[..., T]:
 
     @wraps(told)
     def asked(f: Any, *rest: Any) -> T:
-        return (kept if isinstance(f, Hashable) else told)(f, *rest)
+        try:
+            hash(f)
+        except TypeError:
+            return told(f, *rest)
+        return kept(f, *rest)
 
     return asked
 
