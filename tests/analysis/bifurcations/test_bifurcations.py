@@ -49,15 +49,25 @@ def test_flips_beyond_the_longest_period_are_marked(doubling_logistic):
     assert [orbit.period for orbit in last.orbits_after] == [last.period, 2 * last.period]
 
 
-def test_a_flip_concerns_the_nearest_orbit_of_its_period():
-    # x -> c - x^2 on a wide domain: the other fixed point is less than a thousandth of it away.
-    f = ss.PiecewiseMap(
+def wide(width):
+    """x -> c - x^2 on a domain much wider than its orbits."""
+    return ss.PiecewiseMap(
         lambda x, c: c - x * x,
-        (-3000, 3000),
+        (-width, width),
         derivative=lambda x, c: -2 * x,
         parameters={"c": 0.6},
     )
-    found = bifurcations(f, "c", (0.5, 1.0), max_period=2)
+
+
+def test_a_fold_whose_orbit_is_narrow_is_no_flip_of_a_shorter_one():
+    (fold,) = bifurcations(wide(1e5), "c", (1.749, 1.751), max_period=3)
+    assert (fold.kind, fold.period) == ("fold", 3)
+    assert fold.value == pytest.approx(1.75, abs=1e-8)
+
+
+def test_a_flip_concerns_the_nearest_orbit_of_its_period():
+    # The other fixed point is less than a thousandth of the domain away.
+    found = bifurcations(wide(3000), "c", (0.5, 1.0), max_period=2)
     (flip,) = found
     assert flip.value == pytest.approx(0.75, abs=1e-9)
     assert [orbit.stable for orbit in flip.orbits_before] == [True]

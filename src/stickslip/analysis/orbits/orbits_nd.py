@@ -32,9 +32,7 @@ POOL: Final = (64, 128)  # points spread over the domain that seeds are made of
 EARLY: Final = 4  # iterates of each, itself included
 LATE: Final = (32, 36)  # and those near attractors
 PARTS: Final = 16  # of a table of distances, to save memory
-SAME: Final = (
-    1e-8  # of the domain's and an orbit's size: points of one orbit, reached from different seeds
-)
+SAME: Final = 1e-8  # of lengths and an orbit's size: points of one orbit, from different seeds
 MULTIPLIERS_SHOWN: Final = 3
 
 

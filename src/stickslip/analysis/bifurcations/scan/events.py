@@ -28,7 +28,7 @@ from stickslip.analysis.bifurcations.normal_forms import (
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
 from stickslip.analysis.orbits.newton import MANY, turned
 from stickslip.numerics.arrays import EPS
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Family
     from stickslip.analysis.bifurcations.scan.tracking import Piece, Way
     from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
 
 TOUCHES: Final = 1e-4  # of the values allowed: how far a crossing is from where a fold seems to be
 SAME_VALUE: Final = 1e-11  # of the range, beside the errors: events that coincide
@@ -130,8 +130,7 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
         return None  # the test function is zero all along: an orbit that stays on a corner
     condition = found.reading.condition
     if isinstance(condition, Fold | Crossing):
-        slack = REPEATS * domain_width(family.at(found.value))
-        if _repeats(np.array(condition.points), slack):
+        if _repeats(family.at(found.value), np.array(condition.points)):
             return None  # f^2p has slope 1 at a flip, too
     if isinstance(condition, Fold):
         # Where curves of orbits cross, the test function of a fold touches zero.
@@ -152,10 +151,16 @@ def _meets(found: Located) -> bool:
     return abs(path[-1] - path[0]) <= MANY * EPS * max(1.0, *map(abs, path))
 
 
-def _repeats(points: Floats, slack: float) -> bool:
-    """Tell whether an orbit closes after a divisor of its period."""
-    p = len(points)
-    return any(_apart(points, d) <= slack for d in range(1, p) if p % d == 0)
+def _repeats(f: Map1D, points: Floats) -> bool:
+    """Tell whether an orbit closes after a divisor of its period, with a multiplier of 1 or -1."""
+    p, slack = len(points), REPEATS * domain_width(f)
+    turns = [d for d in range(1, p) if p % d == 0 and _apart(points, d) <= slack]
+    if not turns:
+        return False
+    # On a domain much wider than the orbit all of it is as close.
+    _, slopes = values_and_slopes(f, points)
+    sizes = (np.abs(slopes.reshape(-1, d).prod(axis=1)) for d in turns)
+    return any((np.abs(size - 1) < 0.5).all() for size in sizes)
 
 
 def _apart(points: Floats, turn: int) -> float:
