@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import clip_to_domain, mix_labels, sample
+from stickslip.analysis.maps.protocol import clip_to_domain, mix_labels, sample, widths
 from stickslip.mechanics.eventmap.records import Followed, new_followed
 from stickslip.numerics.long_run import (
     PERIODIC,
@@ -118,15 +118,14 @@ def read_off_nd(
     # The exponent is the largest one: growth of one tangent vector, or of a cycle log of the
     # spectral radius of its monodromy matrix per step.
     labels, jacobians = motions.label, motions.derivative
-    widths = np.ptp(f.spread(256), axis=0)
     paths = [Path(np.ascontiguousarray(x), labels, _growth(jacobians)) for x in points.T]
-    tolerances = RECURRENCE * widths
+    tolerances = RECURRENCE * widths(f)
     # Without periods: exponent, error, and whether that is chaos.
     read_off(paths[0], -np.inf, np.inf, 0, verdicts, i)
     for period in range(1, min(max_period, len(labels) // 2) + 1):
         if not all(map(recurs, paths, [period] * len(paths), tolerances)):
             continue
-        monodromy = np.eye(len(widths))
+        monodromy = np.eye(len(paths))
         for jacobian in jacobians[len(labels) - period :]:
             monodromy = jacobian @ monodromy
         radius = float(np.abs(np.linalg.eigvals(monodromy)).max())

@@ -14,7 +14,7 @@ from stickslip.analysis.maps.differences import (
     extrapolated_difference,
     extrapolated_second_difference,
 )
-from stickslip.analysis.maps.protocol import domain_width, mix_labels, reduced, sample
+from stickslip.analysis.maps.protocol import domain_width, mix_labels, reduced, sample, widths
 from stickslip.numerics.arrays import EPS
 from stickslip.status import OK
 
@@ -249,7 +249,7 @@ def _three(c: Floats, u: Any, v: Any, w: Any) -> Any:
 def _forms(f: MapND, points: Floats) -> Forms:
     """Differentiate the Jacobian of f^p at the first point, along axes and diagonals."""
     p, n = points.shape
-    size = np.ptp(f.spread(256), axis=0)
+    size = widths(f)
     pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
     ways = np.array([*np.eye(n), *(np.eye(n)[i] + np.eye(n)[j] for i, j in pairs)]) * size
     jacobian, label = _power(f, points[0], p)

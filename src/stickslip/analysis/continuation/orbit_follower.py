@@ -28,6 +28,7 @@ from stickslip.analysis.maps.protocol import (
     measured,
     sample,
     turned_near,
+    widths,
 )
 from stickslip.analysis.orbits.newton import (
     ROUNDINGS,
@@ -269,7 +270,7 @@ class SpaceOrbitFollower(OrbitFollower):
 
     def size(self) -> Floats:
         """Width of the domain in each direction."""
-        return np.ptp(self.f.spread(256), axis=0)
+        return widths(self.f)
 
     def solved(self, value: float, guess: Floats) -> tuple[Floats, float]:
         """Solve for an orbit, points in the order of the guess."""

@@ -291,8 +291,9 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         # Close to a root-like corner slopes are so large that such short steps leave digits.
         if rough.size:
             closer, doubt = extrapolated_difference(func, x[rough], SHARP * (hi - lo), same)
-            better = rough[doubt < error[rough]]
-            slope[better], error[better] = (each[doubt < error[rough]] for each in (closer, doubt))
+            better = doubt < error[rough]
+            at = rough[better]
+            slope[at], error[at] = closer[better], doubt[better]
         return slope, error
 
     def _values_inside(self, x: Floats) -> Floats:

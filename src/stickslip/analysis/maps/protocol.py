@@ -355,6 +355,12 @@ def apart(f: MapND, x: Floats, y: Floats) -> Floats:
 
 
 @remembered
+def widths(f: MapND) -> Floats:
+    """Width of a map's domain in each direction, (n,); ValueError without bounds."""
+    return np.ptp(f.spread(256), axis=0)
+
+
+@remembered
 def lengths(f: MapND) -> Floats:
     """Lengths to measure the coordinates of a map's points in, (n,); 1 of an endless domain."""
     domain = getattr(f, "domain", None)
@@ -362,7 +368,7 @@ def lengths(f: MapND) -> Floats:
         width = np.ptp(np.asarray(domain, dtype=np.float64), axis=1)
     else:
         try:
-            width = np.ptp(f.spread(256), axis=0)
+            width = widths(f)
         except ValueError:  # no bounds
             width = np.ones(f.dimension)
     return length(np.where(np.isfinite(width) & (width > 0.0), width, 1.0))

@@ -21,7 +21,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
 from stickslip.analysis.bifurcations.normal_forms import coefficient
 from stickslip.analysis.bifurcations.outcome import AttractorOutcome, Outcome
 from stickslip.analysis.continuation.continuation import follow_orbit
-from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced
+from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced, widths
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
@@ -64,7 +64,7 @@ class OrbitSurvey:
         self.f, self.name, self.lo, self.hi = f, name, lo, hi
         self.max_period, self.n_starts = max_period, n_starts
         self.width = hi - lo
-        self.size = np.ptp(f.spread(256), axis=0)
+        self.size = widths(f)
         self.curves: list[Curve] = []
         self.unresolved: list[UnresolvedChange] = []
         self.events: list[Bifurcation] = []

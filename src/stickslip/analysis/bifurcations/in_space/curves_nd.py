@@ -30,7 +30,7 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import Passed, first_point
 from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
-from stickslip.analysis.maps.protocol import lengths, measured, sample
+from stickslip.analysis.maps.protocol import lengths, measured, sample, widths
 from stickslip.analysis.orbits.newton import shooting_matrix
 from stickslip.numerics.continuation import LeavesRegion, StepControl
 from stickslip.results.parts import part
@@ -318,7 +318,7 @@ class CriticalFollower(PlaneFollower):
     def start(self, points: Floats, labels: Labels, angle: float, q: float, s: float) -> CurvePoint:
         """Set out from a bifurcation; a ValueError if there is none nearby."""
         f: Any = self.plane.map_at(q, s)
-        size, width = np.ptp(f.spread(256), axis=0), self.high - self.low or 1.0
+        size, width = widths(f), self.high - self.low or 1.0
         unit = lengths(f)
         wrong = f"there is no such bifurcation near {self.name} = {s:.12g}: "
         pieces = [{label} for label in labels.tolist()]

@@ -50,13 +50,17 @@ class Range:
     lo: float
     hi: float
     max_period: int
-    resolution: float = 0.0  # of the map's tables, `finest` at least
+    resolution: float = 0.0  # of the map's tables; 0: `finest`
     crowded: bool = False  # whether breaks accumulate where orbits may pass
 
     def __post_init__(self) -> None:
-        """Find out what lengths are."""
-        self.finest = finest(self.family.at(self.lo))
-        self.resolution = max(self.resolution, self.finest)
+        """Make tables as fine as all are, if nothing else is asked."""
+        self.resolution = self.resolution or self.finest
+
+    @cached_property
+    def finest(self) -> float:
+        """Resolution of tables where branches do not crowd."""
+        return finest(self.family.at(self.lo))
 
     @cached_property
     def width(self) -> float:

@@ -129,9 +129,10 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
     if not math.isfinite(found.error):
         return None  # the test function is zero all along: an orbit that stays on a corner
     condition = found.reading.condition
-    if isinstance(condition, Fold | Crossing):
-        if _repeats(family.at(found.value), np.array(condition.points)):
-            return None  # f^2p has slope 1 at a flip, too
+    if isinstance(condition, Fold | Crossing) and _repeats(
+        family.at(found.value), np.array(condition.points)
+    ):
+        return None  # f^2p has slope 1 at a flip, too
     if isinstance(condition, Fold):
         # Where curves of orbits cross, the test function of a fold touches zero.
         start = Crossing(condition.period, condition.points, family.name)
