@@ -108,7 +108,12 @@ class Explorer:
         return self.settle()
 
     def show(self, fragment="preset=coulomb", *slots):
-        """Go to a state without loading the page, from a view that is all of its own.
+        """Go to a state without loading the page, from a view that is all of its own."""
+        self.go(fragment)
+        return self.settle(*slots)
+
+    def go(self, fragment):
+        """Go to a state without loading the page, and wait for no answer.
 
         Nothing has the focus, as in a page that was loaded: a field that a test before wrote in
         took the keys of the next, whichever came after it.
@@ -122,7 +127,6 @@ class Explorer:
             }""",
             fragment,
         )
-        return self.settle(*slots)
 
     def settle(self, *slots):
         """Wait until what is quick, or the slots named, is answered and drawn."""

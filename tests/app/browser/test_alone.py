@@ -48,6 +48,7 @@ def folder_address(folder):
 @pytest.fixture
 def alone(browser, folder_address):
     context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    context.set_default_timeout(SETTLE_MS)
     explorer = Explorer(context.new_page(), folder_address)
     explorer.page.goto(folder_address)
     explorer.page.wait_for_function("() => window.explorer")
@@ -58,7 +59,7 @@ def alone(browser, folder_address):
 
 @pytest.mark.parametrize("preset", preset_names())
 def test_presets_are_shown(alone, preset):
-    alone.page.evaluate("(preset) => { location.hash = `preset=${preset}`; }", preset)
+    alone.go(f"preset={preset}")
     alone.page.wait_for_function(ALL_SHOWN)
     alone.shoot(f"alone {preset}")
 
@@ -85,13 +86,30 @@ def states(alone):
 
 def test_a_thread_that_hears_nothing_makes_way(alone):
     """All that was asked later waited for an answer that nobody wanted any more, up to 40 s."""
-    alone.page.evaluate("() => { location.hash = 'preset=law9-map'; }")
+    alone.go("preset=law9-map")
     alone.page.wait_for_function(ALL_SHOWN)
     for name, value in (("alpha", 3), ("V", 0.001), ("damping", 0.1)):
         alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [name, value])
         alone.page.wait_for_timeout(500)
     told = "() => explorer.standing('diagram').reason.startsWith('not computed on this page')"
-    alone.page.wait_for_function(told, timeout=5000)
+    alone.page.wait_for_function(told, timeout=20_000)
+
+
+def test_a_thread_goes_on_with_what_is_wanted(alone):
+    """It was ended, and began anew, when anything else that it had been asked was called off."""
+    alone.go("preset=law9")
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.evaluate(
+        """() => {
+            const { worker } = explorer.connection.link;
+            explorer.setParameter("alpha", 1.2);
+            setTimeout(() => explorer.cancel("power"), 1000); // the map takes some seconds
+            worker.terminate = () => (window.ended = true);
+        }"""
+    )
+    alone.page.wait_for_function(CURRENT.replace('"power", ', ""))
+    assert not alone.page.evaluate("() => window.ended")
+    assert alone.page.evaluate("() => explorer.standing('power').reason") == "stopped"
 
 
 def test_what_is_stopped_there_is_told_to_be_stopped(alone):
@@ -110,7 +128,7 @@ CURRENT = """() => ["map", "power", "portrait-1", "plane", "law"].every((name) =
     [("coulomb", "V", 0.05), ("coulomb", "mu", 0.3), ("law9", "alpha", 1.2)],
 )
 def test_maps_and_motions_are_computed_there(alone, preset, parameter, value):
-    alone.page.evaluate("(preset) => { location.hash = `preset=${preset}`; }", preset)
+    alone.go(f"preset={preset}")
     alone.page.wait_for_function(ALL_SHOWN)
     alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [parameter, value])
     alone.page.wait_for_function(CURRENT)
@@ -160,7 +178,7 @@ def by_period(orbits):
     ],
 )
 def test_orbits_and_breaks_are_the_library_s(alone, preset, parameter, value):
-    alone.page.evaluate("(preset) => { location.hash = `preset=${preset}`; }", preset)
+    alone.go(f"preset={preset}")
     alone.page.wait_for_function(ALL_SHOWN)
     alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [parameter, value])
     alone.page.wait_for_function(CURRENT)
@@ -246,7 +264,7 @@ def test_an_answer_that_does_not_load_has_failed(alone):
     alone.page.wait_for_function(ALL_SHOWN)
     alone.page.route("**/fig14-power.bin", lambda route: route.abort())
     alone.page.route("**/fig14-basins.bin", lambda route: route.fulfill(status=404))
-    alone.page.evaluate("() => { location.hash = 'preset=fig14'; }")
+    alone.go("preset=fig14")
     failed = "[data-panel={}][data-state=failed]"
     for name in ("power", "basins"):
         alone.page.wait_for_selector(failed.format(name))

@@ -5,7 +5,7 @@
  */
 
 const PATIENCE_MS = 120; // a question that has run this long gives way to a newer one
-const SILENT_MS = 1000; // a thread that hears nothing for so long is ended
+const SILENT_MS = 1000; // a thread that goes on for so long with what is called off is ended
 const RETRY_MS = [300, 1000, 3000];
 
 /** @type {Record<string, any>} */
@@ -56,10 +56,13 @@ export class Thread {
   open(hears) {
     const { onopen, onpart, onbroken } = hears;
     this.worker = new Worker("static/live.js", { type: "module" });
+    /** Slots by question, the one that is computed first. @type {Map<number, string>} */
+    this.unanswered = new Map();
     this.timer = 0;
     this.worker.onmessage = ({ data }) => {
       clearTimeout(this.timer);
       this.timer = 0;
+      if (data.last || data.cancelled || data.error) this.unanswered?.delete(data.id);
       onpart(data);
     };
     this.anew = () => {
@@ -73,10 +76,12 @@ export class Thread {
     onopen();
   }
 
-  /** What computes one thing at a stretch does not hear that it is not wanted: another thread begins. @param {object} message */
+  /** What computes one thing at a stretch does not hear that it is not wanted: another thread begins. @param {any} message */
   send(message) {
     this.worker?.postMessage(message);
-    if ("cancel" in message) this.timer ||= setTimeout(() => this.anew?.(), SILENT_MS);
+    if (message.id) this.unanswered?.set(message.id, message.slot);
+    else if (this.unanswered?.values().next().value === message.cancel)
+      this.timer ||= setTimeout(() => this.anew?.(), SILENT_MS);
   }
 }
 

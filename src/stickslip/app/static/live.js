@@ -188,8 +188,8 @@ function branches(/** @type {Float64Array} */ value, /** @type {BigUint64Array} 
   return { branch, first };
 }
 
-/** Slots whose question nobody waits for any more. @type {Set<string>} */
-const dropped = new Set();
+/** The question of each slot that is waited for. @type {Map<string, number>} */
+const wanted = new Map();
 
 /** Messages that came meanwhile are heard. */
 const pause = () => new Promise((go) => setTimeout(go));
@@ -198,13 +198,14 @@ const pause = () => new Promise((go) => setTimeout(go));
 async function answer({ id, slot, view, request }) {
   const part = (/** @type {object} */ more) =>
     self.postMessage({ id, view, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
+  if (wanted.get(slot) !== id) return part({ cancelled: true });
   const engine = VIEWS[view] && (await engineOf(request.model));
   if (!engine) return part({ cancelled: true, data: { missing: true } });
   const error = fault(request.model, engine.law);
   if (error) return part({ error });
   engine.until = performance.now() + PATIENCE_MS;
   for (const { name, data, arrays = {} } of VIEWS[view](engine, request)) {
-    if (dropped.has(slot)) return part({ cancelled: true });
+    if (wanted.get(slot) !== id) return part({ cancelled: true });
     part({ last: false, progress: 0.5, data: { part_name: name, ...data }, arrays });
     await pause();
   }
@@ -214,8 +215,8 @@ async function answer({ id, slot, view, request }) {
 /** One after the other: an engine holds one model. @type {Promise<void>} */
 let busy = Promise.resolve();
 self.onmessage = ({ data }) => {
-  if (data.cancel) return void dropped.add(data.cancel);
-  dropped.delete(data.slot);
+  if (data.cancel) return void wanted.delete(data.cancel);
+  wanted.set(data.slot, data.id);
   if (!VIEWS[data.view]) return void answer(data); // at once: it is told that nothing comes
   busy = busy
     .then(() => answer(data))
