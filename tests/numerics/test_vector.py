@@ -1,5 +1,8 @@
 """Lanes give the numbers of NumPy's arrays; vectors are as long as the processor has them."""
 
+import os
+import subprocess
+import sys
 from math import atan, exp, tanh
 
 import numpy as np
@@ -9,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from llvmlite.binding import get_host_cpu_features
 
+import stickslip as ss
 from stickslip.mechanics.eventmap import _lane_kernels as passes
 from stickslip.mechanics.flow._lane_kernels import constants_at
 from stickslip.numerics.targets import config, kernel, kernel_uncached
@@ -193,3 +197,20 @@ def test_lanes_are_whole_vectors():
     assert assembly.count("%zmm") > 4
     assert "vfmadd" in assembly
     np.testing.assert_array_equal(out, x[:LANES] * x[LANES:] + 1.0)
+
+
+@pytest.mark.parametrize(("name", "lanes"), [("x86-64-v4", 8), ("x86-64-v3", 4), ("generic", 4)])
+def test_lanes_fit_the_processor_that_kernels_are_made_for(name, lanes):
+    """With vectors twice as wide as the processor's a few motions took twice as long."""
+    command = [sys.executable, "-c", "from stickslip.numerics.vector import LANES; print(LANES)"]
+    made_for = {**os.environ, "NUMBA_CPU_NAME": name, "NUMBA_CPU_FEATURES": ""}
+    told = subprocess.run(command, env=made_for, check=True, stdout=subprocess.PIPE)
+    assert int(told.stdout) == lanes
+
+
+@pytest.mark.kernel
+def test_kernels_of_another_width_are_others():
+    """A processor of the higher level may find kernels that were prepared for the lower one."""
+    backend = ss.event_map(ss.examples.law9())._backend
+    for module in (backend._driver, backend._steps):
+        assert f"-{LANES}" in module.__name__

@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
+from itertools import dropwhile
 from pathlib import Path
 from types import CodeType
 from typing import Any
@@ -199,12 +200,17 @@ def prepared_root() -> Path | None:
 
 
 @cache
-def prepared_levels() -> tuple[str, ...]:
-    """Levels that this processor has, best first; none without prepared kernels."""
-    if prepared_root() is None or config.CPU_NAME or config.CPU_FEATURES is not None:
-        return ()
+def levels() -> tuple[str, ...]:
+    """Levels of the processor that kernels are compiled for, best first."""
+    if config.CPU_NAME or config.CPU_FEATURES is not None:  # another one, or one held to be less
+        return tuple(dropwhile(lambda level: level != config.CPU_NAME, LEVELS))
     present = {name for name, has in get_host_cpu_features().items() if has}
     return tuple(level for level, needs in LEVELS.items() if needs <= present)
+
+
+def prepared_levels() -> tuple[str, ...]:
+    """Levels of this processor if there are prepared kernels, best first."""
+    return levels() if prepared_root() else ()
 
 
 # --- files of the cache -----------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Lanes: eight doubles as one value; every operation on them is vector code.
+"""Lanes: a vector of doubles as one value; every operation on them is vector code.
 
 A function of lanes is Python. It runs on arrays of NumPy; or once on values that write down what is
 asked of them, whatever loops, lists and branches lead there: straight-line code in the kernel that
@@ -17,10 +17,12 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from stickslip.numerics.kernel_cache import levels
 from stickslip.numerics.targets import config
 
-# One AVX-512 vector: a few motions cost half of what they would with 16 lanes, a full row the same.
-LANES = 8
+# One vector of AVX-512, else of AVX2: with twice as many lanes a few motions cost up to twice as
+# much, and many no less.
+LANES = 8 if "x86-64-v4" in levels() else 4
 
 FUSED = ("contract",)
 # LLVM takes half vectors of AVX-512 on processors whose clock, it thinks, whole ones slow down.
@@ -51,7 +53,7 @@ def _comparison(sign: str) -> Any:
 
 
 class _Value:
-    """A double, or eight lanes of doubles, integers or truth values."""
+    """A double, or lanes of doubles, integers or truth values."""
 
     __slots__ = ("builder", "context", "value")
     __hash__ = None  # type: ignore[assignment]

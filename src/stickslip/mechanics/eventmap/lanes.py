@@ -412,7 +412,7 @@ class PoolBackend(BatchBackend):
         code = self.scalar.engine.code
         return instantiate(
             "stickslip.mechanics.eventmap._pool_kernels",
-            f"{code.key}-{self.series.key}-{self.damped}" + "-changing" * changing,
+            f"{code.key}-{self.series.key}-{LANES}-{self.damped}" + "-changing" * changing,
             force=code.force,
             CHANGING=changing,
             TELLS=self.series.tells,

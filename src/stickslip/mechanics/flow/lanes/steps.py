@@ -67,7 +67,7 @@ def lane_kernels(series: LawSeries, *, damped: bool = False, changing: bool = Fa
     steps = Steps(series, damped, changing)
     return instantiate(
         "stickslip.mechanics.flow.lanes._step_kernels",
-        series.key + "-damped" * damped + "-changing" * changing,
+        f"{series.key}-{LANES}" + "-damped" * damped + "-changing" * changing,
         SIZE=steps.size,
         write_step_one=written(partial(steps.step, 1)),
         write_step_both=written(partial(steps.step, 2)),
