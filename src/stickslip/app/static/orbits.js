@@ -34,19 +34,25 @@ function points(f, x) {
 }
 
 /** The map's powers, up to one. @param {MapOfLine} f @param {ArrayLike<number>} x @param {number} most */
-export function iterated(f, x, most) {
-  /** @type {Samples[]} */ const runs = [];
+export const iterated = (f, x, most) => [...powers(f, x, most)];
+
+/** The same, one after the other. @returns {Iterable<Samples>} */
+function* powers(
+  /** @type {MapOfLine} */ f,
+  /** @type {ArrayLike<number>} */ x,
+  /** @type {number} */ most,
+) {
+  /** @type {Samples | undefined} */ let before;
   for (let k = 0; k < most; k++) {
-    const before = runs.at(-1);
     const now = f.map(before?.value ?? x);
     if (before)
       for (let i = 0; i < x.length; i++) {
         now.slope[i] *= before.slope[i];
         now.label[i] = BigInt.asUintN(64, before.label[i] * 0x100000001b3n) ^ now.label[i];
       }
-    runs.push(now);
+    yield now;
+    before = now;
   }
-  return runs;
 }
 
 /** Pairs of neighbours with different labels, as near as numbers are. @returns {Iterable<[Point, Point]>} */
@@ -211,14 +217,15 @@ export function* orbits(f, parts, most) {
   const levels = ways(f, parts, known, most);
   const cuts = levels.flatMap((level) => level.map(([x]) => x));
   const grid = between(parts, cuts);
-  const runs = iterated(f, grid.flat(), most);
   const again = AGAIN * widthOf(parts);
   /** @type {Orbit[]} */ const found = [];
   const isKnown = (/** @type {number} */ x) =>
     found.some((orbit) => orbit.points.some((point) => Math.abs(point - x) < again));
-  for (const [k, { value, slope }] of runs.entries()) {
+  let n = 0;
+  for (const { value, slope } of powers(f, grid.flat(), most)) {
+    n += 1;
     const at = (/** @type {number} */ x) => {
-      const run = iterated(f, [x], k + 1)[k];
+      const run = iterated(f, [x], n)[n - 1];
       return { x, value: run.value[0] - x, slope: run.slope[0] - 1 };
     };
     let i = 0;
@@ -226,7 +233,7 @@ export function* orbits(f, parts, most) {
       const here = xs.map((x) => ({ x, value: value[i] - x, slope: slope[i++] - 1 }));
       for (let j = 1; j < here.length; j++)
         for (const x of roots(at, here[j - 1], here[j], again / 8))
-          if (!isKnown(x) && Math.abs(at(x).value) < RESIDUAL) found.push(orbitFrom(f, x, k + 1));
+          if (!isKnown(x) && Math.abs(at(x).value) < RESIDUAL) found.push(orbitFrom(f, x, n));
     }
     yield [...found];
   }
