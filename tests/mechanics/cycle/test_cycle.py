@@ -8,6 +8,7 @@ from functools import partial
 import mpmath
 import numpy as np
 import pytest
+import scipy.linalg
 from tests.sizes import slow
 
 import stickslip as ss
@@ -107,6 +108,30 @@ def test_a_forced_block_repeats_with_its_forcing() -> None:
     assert cycle.period % (2 * math.pi / 0.7) == pytest.approx(0.0, abs=1e-9)
     assert len(cycle.multipliers) == 2
     assert cycle.residual < 1e-11
+
+
+@pytest.mark.parametrize("late", [0.0, 1e-9, 1e-5, -1e-5])
+def test_an_event_at_the_beginning_of_a_forced_cycle_counts_once(late: float) -> None:
+    """A block that turns as the forcing's period begins: Den Hartog's motion, in closed form."""
+    mu, damping, w = 0.6, 0.01, 1.2
+    half, amplitude = np.pi / w, 1.2
+    # x = Re r e^(i w t) + mu + a part E(t) u that decays, at rest at times 0 and half a period.
+    flow = scipy.linalg.expm(np.array([[0.0, 1.0], [-1.0, -damping]]) * half)
+    moved = np.linalg.solve(flow + np.eye(2), (flow - np.eye(2)) @ [mu, 0.0])
+    r = amplitude / (1.0 - w * w + 1j * damping * w)
+    turned = np.arcsin(moved[1] / (w * abs(r)))
+    x, phase = abs(r) * np.cos(turned) + moved[0], turned - np.angle(r)
+    pull = x - amplitude * np.cos(phase)  # less mu before it turns, plus mu after
+    jump = np.diag([1.0, (pull - mu) / (pull + mu)])
+    expected = np.linalg.eigvals(jump @ flow) ** 2
+    forcing = ss.Harmonic(amplitude, w, phase=phase + late)
+    block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=mu), damping=damping, forcing=forcing)
+    cycle = ss.find_cycle(block, [x + 1e-4], [0.0])
+    np.testing.assert_allclose(cycle.period, 2 * half, rtol=1e-14)
+    np.testing.assert_allclose(cycle.x, [x], rtol=0, atol=1e-8 if late else 1e-13)
+    assert sorted(event.kind for event in cycle.events) == ["slip backward", "slip forward"]
+    ordered = np.sort_complex(cycle.multipliers)
+    np.testing.assert_allclose(ordered, np.sort_complex(expected), rtol=0, atol=1e-12)
 
 
 def test_a_forced_search_goes_on_for_whole_periods_however_few_it_may() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
@@ -163,11 +163,15 @@ def multiplier_text(value: complex) -> str:
 def cycle_of(shot: Shot) -> Cycle:
     """Cycle that a converged shot from a section is, of a forced model begun at time 0."""
     start, leg = shot.state, shot.leg
-    if start.t:
-        shooter, period = Shooter(shot.model, tangents=False), leg.duration
-        start = shooter.leg(start, EVENTS, max_time=-start.t % period).state._replace(t=0.0)
-        leg = shooter.leg(start, EVENTS, max_time=period)
-    return cycle_along(shot.model, start, leg, shot.multipliers)
+    cycle = cycle_along(shot.model, start, leg, shot.multipliers)
+    if not start.t:
+        return cycle
+    # An event at time 0 is told once, which the motion from there on would not.
+    period, before = leg.duration, -start.t % leg.duration
+    begun = Shooter(shot.model, tangents=False).leg(start, EVENTS, max_time=before).state
+    x, v = shot.model.plant.states(begun.z)
+    events = [event._replace(time=(event.time - before) % period) for event in cycle.events]
+    return replace(cycle, x=x, v=v, events=tuple(sorted(events, key=lambda event: event.time)))
 
 
 def cycle_along(model: Model, state: State, leg: Leg, multipliers: NDArray[np.complex128]) -> Cycle:

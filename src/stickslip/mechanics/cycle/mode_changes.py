@@ -16,7 +16,7 @@ from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRe
 from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from stickslip.mechanics.cycle.cycle import Cycle
     from stickslip.numerics.arrays import Floats
@@ -145,18 +145,17 @@ def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shootin
 def beginning(cycle: Cycle) -> tuple[float, Floats | None]:
     """Time since the start of a cycle at which its section is, and what is extreme there."""
     if cycle.model.plant.is_forced:
-        return _between_events(cycle), None
+        return between_events([event.time for event in cycle.events], cycle.period), None
     return _extreme(cycle)
 
 
-def _between_events(cycle: Cycle) -> float:
-    """Time in the middle of the longest way from an event to the next."""
-    times = np.array([event.time for event in cycle.events])
-    if not times.size:
+def between_events(times: Sequence[float], period: float) -> float:
+    """Time in the middle of the longest way from an event of a cycle to the next."""
+    if not times:
         return 0.0
-    ways = np.diff(times, append=times[0] + cycle.period)
+    ways = np.diff(times, append=times[0] + period)
     k = int(np.argmax(ways))
-    return float((times[k] + 0.5 * ways[k]) % cycle.period)
+    return float((times[k] + 0.5 * ways[k]) % period)
 
 
 def _extreme(cycle: Cycle) -> tuple[float, Floats]:

@@ -11,6 +11,7 @@ from stickslip import status as status_codes
 from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
+from stickslip.mechanics.cycle.mode_changes import between_events
 from stickslip.mechanics.cycle.section import Section, Shooting, Shot, coordinates
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, sizes_of
 from stickslip.mechanics.cycle.sliding import linear_modes, modes_about, steady_states
@@ -315,13 +316,24 @@ class _Search:
 
     def _converged_in_time(self, state: State, times: int) -> Cycle | None:
         """Solve for a cycle of some periods of the forcing, or fewer."""
-        period = times * self.model.plant.period
+        plant, period = self.model.plant, times * self.model.plant.period
 
         def legs(state: State, rounds: int) -> Leg:
             return self.shooter.leg(state, max_time=period / rounds)
 
+        # From far away of all events: of one at the start rounding would decide whether it counts.
+        times_of = [t for t, _, _ in self.plain.leg(state, max_time=period).events]
+        middle = between_events(times_of, period)
+        if middle > 0.0:
+            state = self.plain.leg(state, max_time=middle).state
         found = self._solved(state, legs, times)
-        return None if found is None else self._cycle(*found[:2])
+        if found is None:
+            return None
+        state, leg, _ = found
+        velocity = self.shooter.velocity(state)
+        return cycle_of(
+            Shot(self.model, Section.through(plant, state), state, leg, velocity, None, 0.0)
+        )
 
     # --- as a result ---------------------------------------------------------------------------
 
@@ -330,14 +342,12 @@ class _Search:
 
     def _multipliers(self, state: State, tangent: Floats) -> NDArray[np.complex128]:
         """Eigenvalues of the return, over the directions that are free at its start."""
-        forced = self.model.plant.is_forced
         ways = self.model.plant.ways(_varies(state))
         values = np.linalg.eigvals(ways.T @ tangent @ ways)
         values = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
         # The return ends on the section: the direction across it is lost.
-        lost = 0 if forced else 1
-        total = len(ways) - self.model.plant.turns.shape[1] - lost
-        kept = values[: len(values) - lost]
+        total = len(ways) - self.model.plant.turns.shape[1] - 1
+        kept = values[:-1]
         kept = kept[np.abs(kept) > ROUNDING * max(1.0, float(np.abs(values).max()))]
         return np.concatenate([kept, np.zeros(total - len(kept))])
 
