@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         copy_rest,
         event_margin,
         has_arrived,
+        is_state,
         is_trapped,
         read_point,
         read_tangent,
@@ -188,7 +189,8 @@ def follow(
     count, last = events_of(motion)
     last = 0 if count > 1 else last
     # A state is kept, now and then; two turns from it on, the second with its tangent, may tell.
-    kept, next_look, span, turn_ends = 0, LONG * n, LONG * n // 4, 0
+    first = 1 if is_state(section, motion, point) else LONG * n
+    kept, next_look, span, turn_ends = 0, first, LONG * n // 4, 0
     near, growth, looping = math.inf, 1.0, False
     status = TIME_LIMIT
     for _ in range(STEPS_PER_EVENT * (controls.max_events + LONG * n)):
@@ -250,7 +252,7 @@ def follow(
         if n_events >= controls.max_events:
             status = EVENT_LIMIT
             break
-        if n_events < LONG * n:
+        if n_events < first:
             continue
         gap, goes_on = distance(current, saved) if kept > 0 else math.inf, False
         if looping:

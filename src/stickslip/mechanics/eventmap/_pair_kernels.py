@@ -8,6 +8,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from stickslip.mechanics.eventmap.itinerary import all_have
+from stickslip.mechanics.eventmap.records import STATE
 from stickslip.mechanics.flow.system import (
     ALPHA,
     AT_UPPER_LIMIT,
@@ -101,6 +102,11 @@ def begin(
         put_exactly(motion, 1 - own, point[1], point[2])
         motion.event[own], motion.event[1 - own] = AT_UPPER_LIMIT, 0
         return OK
+    if is_state(section, motion, point):
+        for block in range(2):
+            motion.mode[block], motion.event[block] = int(point[block]), int(point[2 + block])
+            put_exactly(motion, block, point[4 + block], point[6 + block] * limit(system, block))
+        return OK
     onset(system, motion, point[0])
     for block in range(2):
         motion.event[block] = 0 if motion.mode[block] == STICK else AT_UPPER_LIMIT
@@ -121,6 +127,12 @@ def slope_of_tie(system: System, laws: Floats, motion: Motion, d: float) -> None
         delay = (direction[BETA] - d_spread) / system.V
         motion.tangent_w[0, column] = rate * delay
         motion.tangent_e[0, column] = system.V * delay
+
+
+@kernel(inline=True)
+def is_state(section: Traps, motion: Motion, point: Floats) -> bool:
+    """Whether a point is a state at an event on the way."""
+    return bool(point.shape[0] == STATE)
 
 
 @kernel(inline=True)

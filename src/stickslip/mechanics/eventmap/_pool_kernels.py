@@ -2,8 +2,8 @@
 
 # Template (`numerics.targets.instantiate`): steps generated from a law, and the scalar engine's
 # decisions. Three pools hold the motions by which blocks slip; the first `LANES` of the fullest
-# pool step next. A motion that needs a rare decision, or lasts, goes to the scalar engine, from its
-# start.
+# pool step next. A motion that needs a rare decision goes to the scalar engine, from its start; one
+# that seems to last goes there as it is, to be told that it never returns.
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ if TYPE_CHECKING:
     TELLS = False  # whether the last terms of the law's series tell how far they hold
 
 # With this many events a motion begins again with finer steps: what steps leave out is a rounding
-# of the start at first, and may grow more on the way than the start does.
+# of the start at first, and may grow more on the way than the start does. From then on one that
+# comes back nearer from turn to turn seems to last: the scalar engine is asked, once.
 MANY = 40
 FINER = 1e-2  # of `rtol`
-# From LONG events on the scalar engine takes over a motion that comes back nearer from turn to
-# turn, for it tells that such ones never return; and any motion of as many events as these.
+# From LONG events on it takes over one that still does; and any motion of as many events as these.
 LASTS = 1024
 TURNS = 3e-3  # of the contact's limit: a motion that comes back as near has made a turn
 # Pools by which block rides: one of them, or none. Its row of numbers is in the order of blocks.
@@ -77,9 +77,11 @@ def advance_orbits(
     controls: Controls,
     watch: bool,
     outputs: Outputs,
+    states: Floats,
 ) -> None:
     """Fill rows ``start..stop`` of `orbits`, each from its place ``filled`` on."""
-    # A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place.
+    # A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place, or
+    # with `LASTING` to go on from its row of `states`: NaN until then.
     pair = pools.numbers[BOTH_SLIP]
     for block in range(2):
         steady = force(laws[block], BACKWARD, abs(pair[at.BELT]))
@@ -103,7 +105,7 @@ def advance_orbits(
         step(pools, pool)
         for k in range(find_flagged(pools, pool) - 1, -1, -1):
             lane = pools.flagged[k]
-            row = meet(laws, pools, controls, watch, orbits, filled, outputs, pool, lane)
+            row = meet(laws, pools, controls, watch, orbits, filled, outputs, states, pool, lane)
             if row >= 0:
                 pools.rows[n_ready] = row
                 n_ready += 1
@@ -266,6 +268,7 @@ def meet(
     orbits: Floats,
     filled: NDArray[np.int64],
     outputs: Outputs,
+    states: Floats,
     pool: int,
     lane: int,
 ) -> int:
@@ -309,12 +312,18 @@ def meet(
         finish(pools.numbers[BOTH_SLIP], motion, outputs, row, n_events, label, clock)
         filled[row] += 1
         orbits[row, filled[row]] = outputs.value[row]
+        states[row] = math.nan
         return row
     recurs = False
-    if n_events >= LONG:
+    if n_events >= MANY:
         mark, recurs = turned(pools.numbers[BOTH_SLIP], motion, 2 - here, new_code, n_events, mark)
-    if recurs or n_events >= min(LASTS, controls.max_events):
+    asked = not math.isnan(states[row, 0])
+    lasts = recurs and asked and n_events >= LONG
+    if lasts or n_events >= min(LASTS, controls.max_events):
         outputs.status[row] = at.HANDED_OVER
+    elif recurs and not asked:
+        write_state(pools.numbers[BOTH_SLIP], motion, states[row])
+        note(outputs, row, at.LASTING, n_events, label, clock)
     elif n_events == MANY and clock.last_term == last_term(controls.rtol):
         begin(pools, orbits, filled, outputs, row, last_term(FINER * controls.rtol))
     else:
@@ -333,7 +342,9 @@ def turned(
     turn = (abs(w - mark.w) + abs(e - mark.e)) / pair[at.LIMIT + other]
     if modes != mark.modes or turn > TURNS:
         return mark, False
-    return Mark(w, e, modes, turn), turn <= mark.turn < math.inf
+    # Turns that go on to shrink as the last one lead as near as that, too.
+    ends = turn * turn <= TURNS * (mark.turn - turn)
+    return Mark(w, e, modes, turn), ends and mark.turn < math.inf
 
 
 @kernel
@@ -428,11 +439,7 @@ def finish(
     """Note a return to global stick."""
     value = (difference(pair, motion.e[0], motion.e[1]) - pair[at.SHIFT]) / pair[at.DETERMINANT]
     outputs.value[row] = value
-    outputs.duration[row] = clock.duration
-    outputs.n_events[row] = n_events
-    outputs.label[row] = label
-    outputs.margin[row] = clock.margin
-    outputs.status[row] = OK
+    note(outputs, row, OK, n_events, label, clock)
     for column in range(motion.tangent_e.shape[1]):
         slope = difference(pair, motion.tangent_e[0, column], motion.tangent_e[1, column])
         if CHANGING:
@@ -440,6 +447,27 @@ def finish(
             slope += difference(changes, motion.e[0], motion.e[1])
             slope -= changes[at.SHIFT] + value * changes[at.DETERMINANT]
         outputs.derivative[row, column] = slope / pair[at.DETERMINANT]
+
+
+@kernel(inline=True)
+def note(
+    outputs: Outputs, row: int, status: int, n_events: int, label: np.uint64, clock: Clock
+) -> None:
+    """Note what is known of a motion at its last event."""
+    outputs.duration[row] = clock.duration
+    outputs.n_events[row] = n_events
+    outputs.label[row] = label
+    outputs.margin[row] = clock.margin
+    outputs.status[row] = status
+
+
+@kernel(inline=True)
+def write_state(pair: Floats, motion: Motion, state: Floats) -> None:
+    """Keep a state at an event, as `ends.read_state` takes it: forces in units of the limits."""
+    for block in range(2):
+        state[block], state[2 + block] = motion.mode[block], motion.event[block]
+        state[4 + block] = motion.w[block]
+        state[6 + block] = motion.e[block] / pair[at.LIMIT + block]
 
 
 @kernel(inline=True)

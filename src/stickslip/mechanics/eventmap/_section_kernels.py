@@ -8,7 +8,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from stickslip.mechanics.eventmap.itinerary import all_have
-from stickslip.mechanics.eventmap.records import Section
+from stickslip.mechanics.eventmap.records import STATE, Section
 from stickslip.mechanics.flow.blocks.system import BlockMotion, BlockSystem, BlockWork, Floats
 from stickslip.mechanics.flow.blocks.transitions import (
     excess_rate,
@@ -126,6 +126,10 @@ def begin(
 ) -> int:
     """Start a motion at a point, its events in ``motion.event``; NO_EVENT if it does not."""
     own = section.contact
+    if is_state(section, motion, point):
+        work.margin[0] = math.inf
+        start_from(system, motion, point)
+        return OK
     if own < 0:
         work.margin[0] = 0.0 if onset(system, motion, point) > 1 else math.inf
         for i in range(motion.mode.shape[0]):
@@ -136,6 +140,35 @@ def begin(
     motion.event[:] = 0
     motion.event[own] = starting_event(section)
     return OK if pace > 0.0 else NO_EVENT
+
+
+@kernel(inline=True)
+def is_state(section: Section, motion: BlockMotion, point: Floats) -> bool:
+    """Whether a point is a state of two blocks at an event on the way."""
+    two = section.contact < 0 and motion.mode.shape[0] == 2  # their points are one number
+    return bool(two and point.shape[0] == STATE)
+
+
+@kernel
+def start_from(system: BlockSystem, motion: BlockMotion, state: Floats) -> None:
+    """Start two blocks from a state: where they need its forces, which are affine in places."""
+    motion.clock[0] = 0.0
+    for i in range(2):
+        motion.mode[i], motion.event[i] = int(state[i]), int(state[2 + i])
+        motion.w[i], motion.y[i] = state[4 + i], 0.0
+    update_needed(system, motion)
+    still, still_2 = motion.e
+    motion.y[0] = 1.0
+    update_needed(system, motion)
+    a, a_2 = motion.e[0] - still, motion.e[1] - still_2
+    motion.y[0], motion.y[1] = 0.0, 1.0
+    update_needed(system, motion)
+    b, b_2 = motion.e[0] - still, motion.e[1] - still_2
+    force, force_2 = state[6] * motion.limit[0], state[7] * motion.limit[1]
+    more, more_2, size = force - still, force_2 - still_2, a * b_2 - b * a_2
+    motion.y[0], motion.y[1] = (b_2 * more - b * more_2) / size, (a * more_2 - a_2 * more) / size
+    update_needed(system, motion)
+    motion.e[0], motion.e[1] = force, force_2
 
 
 @kernel

@@ -89,6 +89,12 @@ class ScalarBackend:
         directions = self.engine.along(self.model, along)
         return self._carried(d, directions, watch, self._section_along(along))
 
+    def go_on(self, states: Floats, watch: bool) -> Outputs:
+        """Follow motions of two blocks from states (n, STATE) until it is told if they return."""
+        outputs = self.room(len(states))
+        self._launch(self.task(states, outputs, LONG, watch=watch), len(states), 1)
+        return outputs
+
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
         return self.carry_along(d, name).derivative[..., 0]
@@ -284,8 +290,8 @@ def scratch_of(engine: Engine, n_columns: int) -> Scratch:
 
 STEPPER = ("advance", "landing_rate", "slides_for_ever")
 ENDS = (
-    *("begin", "change_modes", "copy_rest", "event_margin", "has_arrived", "is_trapped"),
-    *("read_point", "read_tangent", "start_loop_tangent"),
+    *("begin", "change_modes", "copy_rest", "event_margin", "has_arrived", "is_state"),
+    *("is_trapped", "read_point", "read_tangent", "start_loop_tangent"),
 )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, held_for
 from stickslip.mechanics.eventmap.records import (
     START,
+    STATE,
     Controls,
     Outputs,
     Pools,
@@ -26,6 +27,7 @@ from stickslip.mechanics.flow.lanes.layout import (
     DRIFT,
     HANDED_OVER,
     KEPT,
+    LASTING,
     NUMBERS,
     ORDER,
     PLACES,
@@ -38,11 +40,12 @@ from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.mechanics.friction.series import LawSeries, law_series
 from stickslip.numerics.targets import config, instantiate, launch
 from stickslip.numerics.vector import LANES
+from stickslip.status import NEVER_CYCLE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stickslip.numerics.arrays import Floats
+    from stickslip.numerics.arrays import Floats, Ints
 
 
 NO_SLOPE = np.empty(0)
@@ -348,6 +351,7 @@ class PoolBackend(BatchBackend):
         """Fill the rows of `orbits`; return what is known of their last motions."""
         scalar, outputs = self.scalar, new_outputs((len(orbits),), int(along is not None))
         filled = np.zeros(len(orbits), dtype=np.int64)
+        states = np.full((len(orbits), STATE), math.nan)
         driver = self._changing_driver if along else self._driver
 
         def task(start: int, stop: int) -> None:
@@ -361,19 +365,35 @@ class PoolBackend(BatchBackend):
                 scalar.controls,
                 watch,
                 outputs,
+                states,
             )
 
         steps = max(1, orbits.shape[1] - 1)
         while True:
             launch(task, len(orbits), self.threads, max(1, POOL_TILE // steps))
-            (rows,) = (outputs.status == HANDED_OVER).nonzero()
-            if rows.size == 0:
+            lasting, handed = ((outputs.status == s).nonzero()[0] for s in (LASTING, HANDED_OVER))
+            if lasting.size == handed.size == 0:
                 return outputs
-            carried = scalar.carry_along(orbits[rows, filled[rows]], along, watch)
-            for kept, found in zip(outputs, carried, strict=True):
-                kept[rows] = found
-            filled[rows] += 1
-            orbits[rows, filled[rows]] = carried.value
+            if handed.size:
+                carried = scalar.carry_along(orbits[handed, filled[handed]], along, watch)
+                for kept, found in zip(outputs, carried, strict=True):
+                    kept[handed] = found
+            if lasting.size:
+                handed = np.append(handed, self._never_return(lasting, states, outputs, watch))
+            filled[handed] += 1
+            orbits[handed, filled[handed]] = outputs.value[handed]
+
+    def _never_return(self, rows: Ints, states: Floats, outputs: Outputs, watch: bool) -> Ints:
+        """Return which motions that seem to last do so; the others begin again."""
+        told = self.scalar.go_on(states[rows], watch)
+        never = told.status == NEVER_CYCLE
+        rows = rows[never]
+        outputs.status[rows] = NEVER_CYCLE
+        outputs.value[rows], outputs.derivative[rows] = math.nan, math.nan
+        outputs.duration[rows] += told.duration[never]
+        outputs.n_events[rows] += told.n_events[never]
+        outputs.margin[rows] = np.minimum(outputs.margin[rows], told.margin[never])
+        return rows
 
     @property
     def lanes(self) -> Lanes | None:

@@ -16,6 +16,9 @@ from stickslip.mechanics.flow.system import Floats, Ints, Motion
 
 # From this many events on a motion of two blocks is one that lasts: it may never return.
 LONG = 256
+# Numbers of a point that is a state of two blocks at an event: modes, events, relative velocities,
+# forces in units of the limits.
+STATE = 8
 
 
 class Controls(NamedTuple):

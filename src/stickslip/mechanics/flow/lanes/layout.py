@@ -70,8 +70,8 @@ LAW_ROWS = D_SERIES_2 + (ORDER + 1) * LANES
 # engine, an extreme inside the step.
 FIRST_SLIP, SECOND, RIDER_LOWER, DOUBTFUL, EXTREME = 1, 2, 4, 8, 16
 
-# Status of a motion that the lanes leave to the scalar engine.
-HANDED_OVER = -1
+# Status of a motion that the lanes leave to the scalar engine: from its start, or as it is.
+HANDED_OVER, LASTING = -1, -2
 
 # Numbers of the two contacts, in the order of a pool, accelerations for forces (`pair`):
 #     e' = DRIFT + STIFF w + CROSS w_other + DAMP w' + DRAG w_other'
