@@ -342,9 +342,9 @@ def turned(
     turn = (abs(w - mark.w) + abs(e - mark.e)) / pair[at.LIMIT + other]
     if modes != mark.modes or turn > TURNS:
         return mark, False
-    # Turns that go on to shrink as the last one lead as near as that, too.
-    ends = turn * turn <= TURNS * (mark.turn - turn)
-    return Mark(w, e, modes, turn), ends and mark.turn < math.inf
+    # Turns that go on to shrink like the last one lead as near; later any that shrink will do.
+    ends = turn * turn <= TURNS * (mark.turn - turn) or n_events >= LONG
+    return Mark(w, e, modes, turn), ends and turn <= mark.turn < math.inf
 
 
 @kernel

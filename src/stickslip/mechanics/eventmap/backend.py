@@ -92,7 +92,7 @@ class ScalarBackend:
     def go_on(self, states: Floats, watch: bool) -> Outputs:
         """Follow motions of two blocks from states (n, STATE) until it is told if they return."""
         outputs = self.room(len(states))
-        self._launch(self.task(states, outputs, LONG, watch=watch), len(states), 1)
+        self.run(states, outputs, watch=watch, first=LONG // 4, most=LONG)
         return outputs
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
@@ -198,10 +198,12 @@ class ScalarBackend:
         watch: bool = False,
         section: Section | None = None,
         itinerary: NDArray[np.int8] | None = None,
+        first: int = LONG,
+        most: int | None = None,
     ) -> None:
-        """Carry all points; motions that last are asked whether they have come into a trap."""
-        most, most_time = self.controls.max_events, self.controls.max_time
-        first = LONG if self.has_traps and self.engine.is_pair and most > LONG else most
+        """Carry all points; after `first` events they are asked if they have come into a trap."""
+        most, most_time = most or self.controls.max_events, self.controls.max_time
+        first = min(most, first) if self.has_traps and self.engine.is_pair else most
         task = self.task(points, outputs, first, directions, watch, section, itinerary)
         self._launch(task, len(points), outputs.value.shape[1])
         if first == most or not np.count_nonzero(outputs.status):
