@@ -96,6 +96,16 @@ def test_a_part_that_holds_a_nan_is_loaded_equal(path):
     assert hash(load(path)) == hash(cause)
 
 
+def test_a_hash_tells_arrays_apart_and_not_what_is_equal():
+    block = ss.Oscillator(V=0.0, friction=ss.Coulomb(0.5), forcing=ss.Harmonic(1.0, 0.5))
+    models = [block.replace(**{"forcing.amplitude": 1.0 + 0.01 * k}) for k in range(64)]
+    assert len({hash(model.plant) for model in models}) == len(models)
+    plant = block.plant
+    same = dataclasses.replace(plant, force=-plant.force, frequency=plant.frequency.copy())
+    assert same == plant
+    assert hash(same) == hash(plant)
+
+
 def test_orbits_and_breakpoints(path):
     f = examples.tent_with_hole()
     result = (periodic_orbits(f, 3, infinitely_unstable=True), breakpoints(f))

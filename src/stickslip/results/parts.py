@@ -105,11 +105,16 @@ def equal_results(a: Any, b: Any) -> Any:
 
 
 def hash_of_result(a: Any) -> int:
-    """``__hash__`` that goes with it: of the numbers and texts among the fields."""
+    """``__hash__`` that goes with it: of the numbers, texts and arrays of numbers in the fields."""
     values = (getattr(a, item.name) for item in dataclasses.fields(a) if item.compare)
-    plain = (
-        value.item() if isinstance(value, np.generic) else value
-        for value in values
-        if isinstance(value, bool | int | float | str | np.generic)
-    )
-    return hash((type(a), *(0 if value != value else value for value in plain)))
+    return hash((type(a), *map(_plain, values)))
+
+
+def _plain(value: Any) -> Any:
+    """Tell a hash numbers and texts, NaN as 0; None of what it leaves out."""
+    if isinstance(value, bool | int | float | str):
+        return 0 if value != value else value
+    if not isinstance(value, ARRAYS) or value.dtype.kind not in "biufc":
+        return None
+    numbers = np.where(value == value, value, 0)
+    return tuple(numbers.ravel().tolist()) if numbers.ndim else numbers.item()
