@@ -207,6 +207,26 @@ def test_a_landing_without_speed_ends_a_stick_slip_cycle() -> None:
         ss.find_cycle(block.replace(damping=end.value + 1e-9), [0.0], [0.0])
 
 
+def test_a_release_that_is_lost_ends_an_unstable_forced_cycle() -> None:
+    """Near a force that only just reaches its limit multipliers grow like 1 / way to the end."""
+    shaken = ss.Harmonic(amplitude=1.18, frequency=0.39)
+    block = ss.Oscillator(V=0.22, friction=ss.Coulomb(mu=0.72), forcing=shaken)
+    cycle = ss.find_cycle(block, [0.42776855], [0.22])
+    curve = ss.follow(cycle, "forcing.amplitude", (1.1687526, 1.181))
+    (end, _), event = curve.ends, curve.bifurcations[0]
+    assert (end.reason, event.kind, event.value) == ("limit", "limit", end.value)
+    unstable = np.abs(curve.multipliers[:, 0])
+    near, far = (np.flatnonzero(unstable > size)[-1] for size in (1e4, 1e2))
+    ratio = unstable[near] / unstable[far]
+    expected = (ratio * curve.values[near] - curve.values[far]) / (ratio - 1.0)
+    assert abs(event.value - expected) < event.error < 1e-7
+    # The force x + R(t) of the rider, with R' = V + a w sin(w t), is at its limit as it turns back.
+    a, w = event.value + 1e-6, shaken.frequency
+    events = curve.at(**{"forcing.amplitude": a}).events
+    (turn,) = (block.V + a * w * np.sin(w * e.time) for e in events if e.kind == "slip forward")
+    assert abs(turn) < 1e-3
+
+
 @pytest.mark.parametrize("phase", [1.0, *slow(3.0, 4.0)])
 def test_events_of_a_forced_cycle_may_cross_the_phase_at_time_0(phase: float) -> None:
     """The section goes out of their way; a shift of the forcing shifts the cycle alone.

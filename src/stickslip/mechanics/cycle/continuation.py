@@ -53,6 +53,7 @@ TOLD: Final = {"persists": ", goes on with other modes", "fold": ", meets anothe
 ORDER: Final = ("landing", "grazing", "limit", "tie")
 DECISIVE: Final = 1e-5  # room that a touch may have left where a walk could go no further
 SLANT: Final = 0.5  # of the cosine between cycle and section's normal: less asks for another one
+LOST: Final = 1e-7  # of a value: beside it multipliers double only where a release is lost
 AWAY: Final = 1e-6  # least half-width of the interval in which a Hopf point is solved for
 
 
@@ -349,6 +350,10 @@ class _CycleFollower(Follower):
         outcome = None if beside is None else beside.outcome
         # The walk has halved its steps down to rounding: what is left is its last one.
         step = 2.0 * last.step * float(self.curve.scale[-1])
+        if touch.kind == "limit" and (way := _since_half(half.rows, last)) < LOST * abs(
+            last.parameter
+        ):
+            step = max(step, way)
         error = max(max(touch.room**2, 4e-16) * abs(last.parameter), step)
         block = touch.block + 1
         what = f"block {block}{TOLD[outcome]}"
@@ -363,6 +368,15 @@ class _CycleFollower(Follower):
 
 def _cycle(point: CurvePoint) -> Cycle:
     return cycle_of(point.note)
+
+
+def _since_half(rows: list[CurvePoint], last: CurvePoint) -> float:
+    """Way in which the multiplier has doubled, as far as the end where it grows like 1 / way."""
+    # A release that is lost, to friction that falls at once, comes at the square root of what the
+    # force has beyond its limit: in the end rounding of the state leaves no step, and scatters it.
+    sizes = [np.abs(row.note.multipliers).max() for row in (*rows, last)]
+    first = next(k for k, size in enumerate(sizes) if size >= 0.5 * sizes[-1])
+    return abs(rows[max(first - 1, 0)].parameter - last.parameter)
 
 
 def _off(value: float, point: CurvePoint) -> float:

@@ -63,7 +63,13 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
                 if i not in feet:
                     spare = float(motion.limit[i] - abs(motion.e[i]))
                     found.append(Touch("landing", t, i, spare))
-                found += _barely_landed(mode[i] * shooter.work.w[i], t, i, h)
+                found += _barely_reached("grazing", mode[i] * shooter.work.w[i], t, i, h)
+            for event, sign in SIDES:
+                for i in map(
+                    int, np.flatnonzero((motion.event == event) & (mode == 0) & (h > 0.0))
+                ):
+                    room = _room(shooter, i, float(needed[i]), sign)
+                    found += _barely_reached("limit", room, t, i, h)
             shooter.engine.settle(motion, shooter.work)
             changed = np.flatnonzero(motion.mode != mode)
             for i in changed[:1]:
@@ -80,30 +86,38 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
     return sorted(map(in_orders, found), key=lambda touch: abs(touch.room))
 
 
-def _barely_landed(signal: Floats, time: float, block: int, h: float) -> list[Touch]:
-    """How far beyond the belt a landing slip would have turned back, its series cut at t^2."""
+def _barely_reached(
+    kind: TouchKind, signal: Floats, time: float, block: int, h: float
+) -> list[Touch]:
+    """How far beyond belt or limit a slip or force would have turned back, its series cut at t^2."""
     _, slope, curvature = jet(signal, h)
     if curvature <= 0.0:
         return []
-    return [Touch("grazing", time, block, -(slope**2) / (2.0 * curvature))]
+    return [Touch(kind, time, block, -(slope**2) / (2.0 * curvature))]
+
+
+def _room(shooter: Shooter, block: int, needed: float, sign: float) -> Floats:
+    """Series of what is left between a rider's needed force and one of its limits."""
+    motion, work, kernels = shooter.motion, shooter.work, shooter.engine.kernels
+    if work.joint is not None:
+        force = work.joint.force[block]
+    else:
+        row, powers = motion.y.size + block, range(1, kernels.ORDER + 1)
+        later = (kernels.row_coefficient(shooter.system, work, row, k) for k in powers)
+        force = np.array([needed, *later])
+    return np.asarray(work.limit[block] + sign * force)
 
 
 def _inside(
     shooter: Shooter, block: int, mode: int, needed: float, start: float, h: float
 ) -> list[Touch]:
     """List turning points of one block's signals inside a step."""
-    motion, work, kernels = shooter.motion, shooter.work, shooter.engine.kernels
+    work = shooter.work
     signals: list[tuple[TouchKind, Floats]]
     if mode != 0:
         signals = [("grazing", mode * work.w[block])]
     else:
-        if work.joint is not None:
-            force = work.joint.force[block]
-        else:
-            row, powers = motion.y.size + block, range(1, kernels.ORDER + 1)
-            later = (kernels.row_coefficient(shooter.system, work, row, k) for k in powers)
-            force = np.array([needed, *later])
-        signals = [("limit", work.limit[block] + sign * force) for _, sign in SIDES]
+        signals = [("limit", _room(shooter, block, needed, sign)) for _, sign in SIDES]
         if block in shooter.model.plant.elastic:  # at its limit it has just landed, and turns back
             signals = [each for each in signals if each[1][0] > ROUNDING * work.limit[block][0]]
     found = []
