@@ -89,7 +89,7 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
 def _barely_reached(
     kind: TouchKind, signal: Floats, time: float, block: int, h: float
 ) -> list[Touch]:
-    """How far beyond belt or limit a slip or force would have turned back, its series cut at t^2."""
+    """How far beyond belt or limit a slip or a force would have turned back, cut at t^2."""
     _, slope, curvature = jet(signal, h)
     if curvature <= 0.0:
         return []
