@@ -41,7 +41,7 @@ GIVES_WAY: Final = 5  # niceness of that process: somebody waits for answers mea
 PATIENCE: Final = 0.1  # seconds from one look whether the kernels are wanted to the next
 MOST_LOOKS: Final = 1000  # of requests, kept in mind
 MOST_FORMULAS: Final = 50  # of one server: each keeps the compiler busy for some time
-NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of the others 0.1, and 0 is kept
+NUMBERS: Final = {"mu": 0.22, "gamma": 3.0}  # of typical laws; of what may be left out 0.1, or 0
 
 
 class Compiler:
@@ -238,7 +238,7 @@ def _typical_law(law: FrictionLaw) -> dict[str, Any]:
     if isinstance(law, UserLaw):  # 0.1 for all may be no law
         return law_values(law)
     given = law.parameters.items()
-    numbers = {name: NUMBERS.get(name, 0.1) if value else 0.0 for name, value in given}
+    numbers = {name: NUMBERS.get(name, 0.1 if value else 0.0) for name, value in given}
     return {"law": law.name, **numbers, **law.options}
 
 
