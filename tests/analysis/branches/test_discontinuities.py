@@ -1,5 +1,6 @@
 """Margins save evaluations and show branches that no node has met."""
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ import stickslip as ss
 from stickslip.analysis.branches.discontinuities import FEW, LabelBrackets
 from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.table import branch_table, tables_complete_above
+from stickslip.analysis.maps.derived import PowerMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import PointValues
 
@@ -128,10 +130,11 @@ class Long(Labelled):
         return PointValues(got.value, got.derivative, got.label, got.status, margin, n_events=spent)
 
 
-def test_where_motions_of_a_gap_are_long_it_is_probed_less_and_the_table_says_so():
+@pytest.mark.parametrize("of_many", [True, False])
+def test_where_motions_of_a_gap_are_long_it_is_probed_less_and_the_table_says_so(of_many):
     """The search of the gap for branches took minutes; the rest is resolved as elsewhere."""
     f = Long((0.2, 0.6), gap=1, lost=5000)
-    with tables_complete_above(1e-9):  # as lists do
+    with tables_complete_above(1e-9) if of_many else nullcontext():
         table = branch_table(f)
     assert table.gaps == pytest.approx(np.array([[0.2, 0.6]]), abs=3e-16)
     assert table.n_evaluations < 700
@@ -140,6 +143,8 @@ def test_where_motions_of_a_gap_are_long_it_is_probed_less_and_the_table_says_so
     assert "motions that do not return are long" in told.reason
     assert told.lo >= 0.2
     assert told.hi <= 0.6
+    assert branch_table(f, 1e-9).n_evaluations > 1000  # what is asked for is done
+    assert branch_table(PowerMap(f, 2)).n_evaluations < 1000
 
 
 def test_where_motions_are_long_less_is_resolved_and_the_table_says_so():

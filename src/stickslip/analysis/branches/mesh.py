@@ -36,7 +36,6 @@ N_START: Final = 101  # nodes of the first grid; ten times as many found nothing
 GAP_PROBES: Final = 6e-3  # of the domain: a gap without margins is not probed more closely
 GAP_FLOOR: Final = 1e-4  # ... nor one with margins, where they fall
 LONG: Final = 256  # events of a motion from which on it counts as a long one
-GAP_PART: Final = 0.25  # of what long motions may cost, in gaps: there they tell least
 GAP_SHARE: Final = 0.125  # of a gap: its cells are halved down to this, however narrow it is
 WELL_INSIDE: Final = 0.9  # of a cell: a margin that vanishes at its very end does so beyond it
 JITTER: Final = 0.07  # of a cell: no node on a symmetric place, where turning points like to sit
@@ -108,6 +107,7 @@ class Mesh:
     crowd: int  # of branches that are not wide: more are not told apart, but less is resolved
     seeds: Floats = field(default_factory=lambda: np.empty(0))  # points of the first grid
     events_left: float = math.inf  # of long motions that return, before less is resolved
+    gap_events_left: float = math.inf  # of those that do not: there they tell least
     nodes: Nodes = field(init=False)
     open: Bools = field(init=False)  # cells still to be tested
     # of one label, fail at the resolution
@@ -115,12 +115,10 @@ class Mesh:
     # of gaps, not probed as closely as others, for their motions are too long
     left_out: set[tuple[float, float]] = field(default_factory=set)
     n_evaluations: int = 0
-    gap_events_left: float = field(init=False)  # of long motions that do not return
-    length: float = field(init=False, default=0.0)  # of these, in events
+    length: float = field(init=False, default=0.0)  # of long motions that do not return, in events
 
     def __post_init__(self) -> None:
         """Lay the first grid, off any symmetric places, with both ends of the domain."""
-        self.gap_events_left = GAP_PART * self.events_left
         lo, hi = self.f.domain
         inner = np.arange(1, N_START - 1)
         share = (inner + JITTER * _wobble(inner)) / (N_START - 1)

@@ -46,6 +46,7 @@ CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, 
 MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out
 SPENT: Final = 1 << 20  # events of long motions for one table of many, before less is resolved
+GAP_PART: Final = 0.25  # of these in its gaps, which tell least; as many in those of any other table
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 
 _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None))
@@ -187,10 +188,10 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
     """Return the table of a map, from memory if it was made before and the map still lives."""
     # Without a resolution less is resolved where branches crowd.
     lo, hi = f.domain
-    crowd, events = MAX_CROWD, math.inf
+    crowd, events = MAX_CROWD, (math.inf, math.inf)
     if resolution is None:
         found = _RESOLUTION.get()
-        events = math.inf if found is None else SPENT
+        events = (math.inf, SPENT) if found is None else (SPENT, GAP_PART * SPENT)
         resolution, crowd = min(found or finest(f), WIDE * (hi - lo)), CROWD
     resolution = finite_number("resolution", resolution)
     if not 0 < resolution <= WIDE * (hi - lo):
@@ -202,14 +203,16 @@ def branch_table(f: Map1D, resolution: float | None = None) -> BranchTable:
 
 
 @remembered
-def _make_table(f: Map1D, resolution: float, crowd: int, events: float) -> BranchTable:
+def _make_table(
+    f: Map1D, resolution: float, crowd: int, events: tuple[float, float]
+) -> BranchTable:
     base, exponent = base_and_exponent(f)
     hints, unresolved = Hints.none(), list[Unresolved]()
     if exponent > 1:
         table = branch_table(base, None if crowd == CROWD else resolution)
         resolution, crowd = max(resolution, table.resolution), MAX_CROWD
         hints, unresolved = _hints(f, table, exponent)
-    mesh = Mesh(f, resolution, crowd, hints.seeds, events)
+    mesh = Mesh(f, resolution, crowd, hints.seeds, *events)
     cuts, too_many = find_discontinuities(mesh)
     unresolved += too_many
     breaks, segments = _classify(mesh, cuts, hints)

@@ -134,14 +134,16 @@ class PowerMap(EvaluatedMap):
         label = np.zeros(point.shape, dtype=np.uint64)
         status = np.full(point.shape, OK, dtype=np.int64)
         margin = np.full(point.shape, np.inf)
+        n_events = np.zeros(point.shape, dtype=np.int64)
         for _ in range(self.exponent):
             step = sample(self.base, point)
+            n_events += step.n_events
             point, derivative = step.value, derivative * step.derivative
             label = mix_labels(label, step.label)
             margin = np.where(status == OK, np.minimum(margin, step.margin), margin)
             status = np.where(status == OK, step.status, status)
         slope = np.where(status == OK, derivative, np.nan)
-        return PointValues(point, slope, label, status, margin)
+        return PointValues(point, slope, label, status, margin, n_events)
 
     def value_and_derivative(self, x: ArrayLike) -> tuple[Floats, Floats]:
         """Return f^p(x) and (f^p)'(x), arrays of the same shape, and no more."""

@@ -243,12 +243,13 @@ def sample(f: Map1D | MapND, x: ArrayLike) -> PointValues:
     derivative = np.full(shape, np.nan)
     label = np.zeros(inside.shape, dtype=np.uint64)
     status = np.full(inside.shape, OUTSIDE, dtype=np.int64)
+    n_events = np.zeros(inside.shape, dtype=np.int64)
     if inside.any():
         got = f.evaluate(points[inside])
         value[inside], derivative[inside] = got.value, got.derivative
         label[inside], status[inside] = got.label, got.status
-        margin[inside] = _margin(got)
-    return PointValues(value, derivative, label, status, margin)
+        margin[inside], n_events[inside] = _margin(got), getattr(got, "n_events", 0)
+    return PointValues(value, derivative, label, status, margin, n_events)
 
 
 def values_and_slopes(f: Map1D, x: Floats) -> tuple[Floats, Floats]:
