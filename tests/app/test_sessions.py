@@ -77,7 +77,7 @@ BAD = {
         {"model": {**COULOMB, "friction": [LAW, {**LAW, "mu": 2}]}},
         "model.mu_2",
     ),
-    "range far away": ("diagram", {"parameter": "V", "range": [0.03, 1e300]}, "range"),
+    "range far away": ("diagram", {"parameter": "V", "range": [0.03, 1e300]}, "range[1]"),
     "start far away": ("motion", {"x": [0, 1e300], "v": [0, 0]}, "x[1]"),
 }
 

@@ -353,9 +353,21 @@ def test_the_diagram_takes_another_parameter_and_range(explorer):
     explorer.settle()
     assert explorer.state["diagram"]["range"] == [1.295, 1.305]
     assert explorer.view("diagram", "view.plot.options.xlabel") == "β"
-    low.fill("2")
-    low.press("Enter")
-    assert "smaller to a larger" in explorer.page.locator(".controls > .error").text_content()
+    told = [
+        (low, "2", "β, from = 2: it must be less than 1.305, the range's other end."),
+        (high, "", "β, to = no number: it must be more than 1.295, the range's other end."),
+        (low, "-1", "β = −1 is not allowed: β must be a finite number > 0."),
+        (high, "99", "β = 99 is not allowed: β must be a finite number, 0.05 ≤ β ≤ 25."),
+    ]
+    for end, value, why in told:
+        end.fill(value)
+        end.press("Enter")
+        explorer.page.locator(".controls > .error", has_text=why).wait_for()
+        wrong = explorer.page.locator(".controls [aria-invalid]")
+        assert wrong.evaluate_all("all => all.map(({ ariaLabel }) => ariaLabel)") == [
+            end.get_attribute("aria-label")
+        ]
+        explorer.show("kind=two_block&along=beta:1.295:1.305")
 
 
 def test_another_parameter_or_law_leaves_the_periods_that_are_followed(explorer):

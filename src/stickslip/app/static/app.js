@@ -332,8 +332,11 @@ export class App {
       panel.stand(standings.get(slots[0]));
       panel.list(slots.flatMap((slot) => standings.get(slot)?.unresolved ?? []));
     }
-    const wrong = [...standings.values()].find(({ error }) => error?.field)?.error;
-    this.showError(wrong?.field ?? null, wrong?.message ?? "");
+    const [slot, wrong] = [...standings].find(([, { error }]) => error?.field) ?? [];
+    const field = wrong?.error?.field ?? null;
+    // The model of a diagram has the start of its range: see its question.
+    const begins = slot === "diagram" && field === `model.${this.state.diagram.parameter}`;
+    this.showError(begins ? "range[0]" : field, wrong?.error?.message ?? "");
   }
 
   /** Which map the model has is part of the state, so that all else follows from the state. @param {Part} part */

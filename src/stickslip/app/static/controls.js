@@ -162,7 +162,9 @@ export class Controls {
         if (!Number.isFinite(value) || !whole)
           return this.mark(
             one.name,
-            `${label} must be a ${one.whole ? `whole number from ${one.min} to ${one.max}` : "number"}.`,
+            one.whole
+              ? `${label} must be a whole number from ${one.min} to ${one.max}.`
+              : `${label} must be a number; its slider goes from ${one.min} to ${one.max}.`,
           );
         set(value);
       },
@@ -421,6 +423,7 @@ export class Controls {
         type: "number",
         step: "any",
         "aria-label": end ? "to" : "from",
+        name: `range[${end}]`,
         onchange: () => this.#setEnd(end, ends[end].valueAsNumber),
       }),
     );
@@ -460,8 +463,12 @@ export class Controls {
     const { diagram } = this.app.state;
     const range = /** @type {[number, number]} */ ([...diagram.range]);
     range[end] = value;
-    if (!Number.isFinite(value) || range[0] >= range[1])
-      return this.mark(null, "The range must go from a smaller to a larger number.");
+    if (!(range[0] < range[1])) {
+      const given = Number.isNaN(value) ? "no number" : value;
+      const allowed = `${end ? "more" : "less"} than ${range[1 - end]}, the range's other end`;
+      const of = `${this.app.written(diagram.parameter)}, ${end ? "to" : "from"}`;
+      return this.mark(`range[${end}]`, `${of} = ${given}: it must be ${allowed}.`);
+    }
     this.app.store.update({ diagram: { ...diagram, range, full: range, view: null } }, "range");
   }
 

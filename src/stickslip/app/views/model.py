@@ -141,9 +141,11 @@ def told_map(request: OfMap) -> dict[str, Any]:
 
 def range_of(f: Any, request: Diagram) -> tuple[float, float]:
     """Return the ends of a diagram's range, checked."""
-    with naming("range" if request.parameter in f.parameters else "parameter"):
-        for end in request.range:
+    is_known = request.parameter in f.parameters
+    for k, end in enumerate(request.range):
+        with naming(f"range[{k}]" if is_known else "parameter"):
             refuse_busy(f.model.replace(**{request.parameter: end}))
+    with naming("range"):
         return checked_range(f, request.parameter, request.range)
 
 
