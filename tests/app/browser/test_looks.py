@@ -163,6 +163,23 @@ def test_the_theme_changes_the_drawings(explorer):
     assert explorer.settle().picture("map") == before
 
 
+def test_drawings_have_the_colours_of_the_theme_also_where_the_system_forces_others(explorer):
+    """The ink of a light theme lay on the black of a system with high contrast."""
+    explorer.page.emulate_media(forced_colors="active", color_scheme="dark")
+    explorer.page.evaluate("() => (document.documentElement.dataset.theme = 'light')")
+    try:
+        explorer.page.keyboard.press("l")
+        for drawn in (".plot", ".tip", ".legend canvas"):
+            colours = explorer.page.locator(drawn).first.evaluate(
+                "(e) => [getComputedStyle(e).backgroundColor, getComputedStyle(e).color]"
+            )
+            assert colours == ["rgb(255, 255, 255)", "rgb(22, 25, 29)"]
+        explorer.shoot("forced colours")
+    finally:
+        explorer.page.evaluate("() => delete document.documentElement.dataset.theme")
+        explorer.page.emulate_media(forced_colors="none", color_scheme="light")
+
+
 def test_motion_is_reduced_where_that_is_wished(explorer):
     """The context asks for reduced motion: nothing moves until it is told to."""
     assert explorer.page.evaluate("() => explorer.clock.playing") is False
