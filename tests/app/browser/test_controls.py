@@ -91,6 +91,15 @@ def test_a_duration_that_is_refused_has_its_symbol(explorer):
     assert explorer.page.locator(".controls > .error").text_content() == "T must be a number > 0"
 
 
+def test_a_number_of_a_list_that_is_refused_marks_its_field(explorer):
+    explorer.show("preset=chain")
+    explorer.page.locator(".controls input[name='x']:visible").fill("0, 5000")
+    explorer.page.keyboard.press("Enter")
+    explorer.page.locator(".controls > .error", has_text="x₂ must be a number ≤ 1000").wait_for()
+    wrong = explorer.page.locator(".controls [aria-invalid]")
+    assert wrong.evaluate_all("all => all.map(({ name }) => name)") == ["x"]
+
+
 def test_an_error_of_a_question_that_is_past_is_not_named(explorer):
     explorer.page.evaluate(
         """() => {
@@ -356,7 +365,7 @@ def test_the_diagram_takes_another_parameter_and_range(explorer):
     told = [
         (low, "2", "β, from = 2: it must be less than 1.305, the range's other end."),
         (high, "", "β, to = no number: it must be more than 1.295, the range's other end."),
-        (low, "-1", "β = −1 is not allowed: β must be a finite number > 0."),
+        (low, "0.01", "β = 0.01 is not allowed: β must be a finite number, 0.05 ≤ β ≤ 25."),
         (high, "99", "β = 99 is not allowed: β must be a finite number, 0.05 ≤ β ≤ 25."),
     ]
     for end, value, why in told:

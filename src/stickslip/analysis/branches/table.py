@@ -46,7 +46,7 @@ CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, 
 MAX_CROWD: Final = 4096  # ... or where a resolution is asked for
 MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not wide are left out
 SPENT: Final = 1 << 20  # events of long motions for one table of many, before less is resolved
-GAP_PART: Final = 0.25  # of these in its gaps, which tell least; as many in those of any other table
+GAP_PART: Final = 0.25  # of these in its gaps, which tell least; all in those of any other
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 
 _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None))

@@ -592,7 +592,7 @@ export class Controls {
     this.error.hidden = !message;
     this.error.textContent = message;
     const last = (/** @type {string} */ name) => name.split(".").at(-1) ?? "";
-    const stem = (/** @type {string} */ name) => last(name).replace(/(_\d+)+$/, "");
+    const stem = (/** @type {string} */ name) => last(name).replace(/(_\d+)+$|\[\d+\]$/, "");
     const inputs = /** @type {HTMLInputElement[]} */ ([
       ...document.querySelectorAll(".controls input[name]"),
     ]);
