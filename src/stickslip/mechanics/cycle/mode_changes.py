@@ -57,17 +57,16 @@ def touches(shooter: Shooter, state: State, duration: float) -> list[Touch]:
         if motion.event.any():
             at_once = alone and np.count_nonzero(motion.event) > 1
             # Who lands without a step has just left, to rounding, or ties with another one.
-            for i in map(int, np.flatnonzero((motion.event == LANDING) & (h > 0.0))):
+            event = motion.event if h > 0.0 else np.zeros_like(motion.event)
+            for i in map(int, np.flatnonzero(event == LANDING)):
                 # A foot that comes to rest is at its kinetic force, with F(0) = 1 at its limit, and
                 # sticks: the force turns back as the velocity does.
                 if i not in feet:
                     spare = float(motion.limit[i] - abs(motion.e[i]))
                     found.append(Touch("landing", t, i, spare))
                 found += _barely_reached("grazing", mode[i] * shooter.work.w[i], t, i, h)
-            for event, sign in SIDES:
-                for i in map(
-                    int, np.flatnonzero((motion.event == event) & (mode == 0) & (h > 0.0))
-                ):
+            for side, sign in SIDES:
+                for i in map(int, np.flatnonzero((event == side) & (mode == 0))):
                     room = _room(shooter, i, float(needed[i]), sign)
                     found += _barely_reached("limit", room, t, i, h)
             shooter.engine.settle(motion, shooter.work)

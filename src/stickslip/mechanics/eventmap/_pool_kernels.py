@@ -14,7 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.mechanics.eventmap.itinerary import GLOBAL_STICK, hashed, mode_code
-from stickslip.mechanics.eventmap.records import LONG, Clock, Controls, Mark, Outputs, Pools, Tags
+from stickslip.mechanics.eventmap.records import (
+    LONG,
+    Asked,
+    Clock,
+    Controls,
+    Mark,
+    Outputs,
+    Pools,
+    Tags,
+)
 from stickslip.mechanics.flow.dense import (
     OFF,
     SLACK,
@@ -77,11 +86,11 @@ def advance_orbits(
     controls: Controls,
     watch: bool,
     outputs: Outputs,
-    states: Floats,
+    asked: Asked,
 ) -> None:
     """Fill rows ``start..stop`` of `orbits`, each from its place ``filled`` on."""
     # A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place, or
-    # with `LASTING` to go on from its row of `states`: NaN until then.
+    # with `LASTING` to go on from a state.
     pair = pools.numbers[BOTH_SLIP]
     for block in range(2):
         steady = force(laws[block], BACKWARD, abs(pair[at.BELT]))
@@ -105,7 +114,7 @@ def advance_orbits(
         step(pools, pool)
         for k in range(find_flagged(pools, pool) - 1, -1, -1):
             lane = pools.flagged[k]
-            row = meet(laws, pools, controls, watch, orbits, filled, outputs, states, pool, lane)
+            row = meet(laws, pools, controls, watch, orbits, filled, outputs, asked, pool, lane)
             if row >= 0:
                 pools.rows[n_ready] = row
                 n_ready += 1
@@ -268,7 +277,7 @@ def meet(
     orbits: Floats,
     filled: NDArray[np.int64],
     outputs: Outputs,
-    states: Floats,
+    asked: Asked,
     pool: int,
     lane: int,
 ) -> int:
@@ -312,17 +321,17 @@ def meet(
         finish(pools.numbers[BOTH_SLIP], motion, outputs, row, n_events, label, clock)
         filled[row] += 1
         orbits[row, filled[row]] = outputs.value[row]
-        states[row] = math.nan
         return row
     recurs = False
     if n_events >= MANY:
         mark, recurs = turned(pools.numbers[BOTH_SLIP], motion, 2 - here, new_code, n_events, mark)
-    asked = not math.isnan(states[row, 0])
-    lasts = recurs and asked and n_events >= LONG
+    is_asked = asked.step[row] == filled[row]
+    lasts = recurs and is_asked and n_events >= LONG
     if lasts or n_events >= min(LASTS, controls.max_events):
         outputs.status[row] = at.HANDED_OVER
-    elif recurs and not asked:
-        write_state(pools.numbers[BOTH_SLIP], motion, states[row])
+    elif recurs and not is_asked:
+        asked.step[row] = filled[row]
+        write_state(pools.numbers[BOTH_SLIP], motion, asked.state[row])
         note(outputs, row, at.LASTING, n_events, label, clock)
     elif n_events == MANY and clock.last_term == last_term(controls.rtol):
         begin(pools, orbits, filled, outputs, row, last_term(FINER * controls.rtol))
@@ -463,7 +472,7 @@ def note(
 
 @kernel(inline=True)
 def write_state(pair: Floats, motion: Motion, state: Floats) -> None:
-    """Keep a state at an event, as `ends.read_state` takes it: forces in units of the limits."""
+    """Keep a state at an event, as `begin` takes it: forces in units of the limits."""
     for block in range(2):
         state[block], state[2 + block] = motion.mode[block], motion.event[block]
         state[4 + block] = motion.w[block]

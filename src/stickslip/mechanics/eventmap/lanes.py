@@ -14,6 +14,7 @@ from stickslip.mechanics.eventmap.backend import NO_ITINERARY, ScalarBackend, he
 from stickslip.mechanics.eventmap.records import (
     START,
     STATE,
+    Asked,
     Controls,
     Outputs,
     Pools,
@@ -351,7 +352,7 @@ class PoolBackend(BatchBackend):
         """Fill the rows of `orbits`; return what is known of their last motions."""
         scalar, outputs = self.scalar, new_outputs((len(orbits),), int(along is not None))
         filled = np.zeros(len(orbits), dtype=np.int64)
-        states = np.full((len(orbits), STATE), math.nan)
+        asked = Asked(np.full(len(orbits), -1), np.empty((len(orbits), STATE)))
         driver = self._changing_driver if along else self._driver
 
         def task(start: int, stop: int) -> None:
@@ -365,7 +366,7 @@ class PoolBackend(BatchBackend):
                 scalar.controls,
                 watch,
                 outputs,
-                states,
+                asked,
             )
 
         steps = max(1, orbits.shape[1] - 1)
@@ -379,13 +380,13 @@ class PoolBackend(BatchBackend):
                 for kept, found in zip(outputs, carried, strict=True):
                     kept[handed] = found
             if lasting.size:
-                handed = np.append(handed, self._never_return(lasting, states, outputs, watch))
+                handed = np.append(handed, self._never_return(lasting, asked, outputs, watch))
             filled[handed] += 1
             orbits[handed, filled[handed]] = outputs.value[handed]
 
-    def _never_return(self, rows: Ints, states: Floats, outputs: Outputs, watch: bool) -> Ints:
+    def _never_return(self, rows: Ints, asked: Asked, outputs: Outputs, watch: bool) -> Ints:
         """Return which motions that seem to last do so; the others begin again."""
-        told = self.scalar.go_on(states[rows], watch)
+        told = self.scalar.go_on(asked.state[rows], watch)
         never = told.status == NEVER_CYCLE
         rows = rows[never]
         outputs.status[rows] = NEVER_CYCLE

@@ -79,6 +79,13 @@ class Pools(NamedTuple):
     reciprocals: Floats  # 1 / k
 
 
+class Asked(NamedTuple):
+    """What the scalar engine is asked: which motions of orbits never return, an entry each."""
+
+    step: Ints  # of the orbit, from 0 on; -1: not asked yet
+    state: Floats  # (orbits, STATE): from which it goes on
+
+
 class Tags(NamedTuple):
     """What a motion in a pool is known by: its row, events so far, modes, last event, label."""
 
