@@ -42,7 +42,7 @@ MESSAGES: Final = (
     "all blocks slip for ever: no relative velocity can reach zero again",
     "the motion settled where no such event comes again: on a cycle, or sliding steadily",
     "gave up after max_events events; raise max_events",
-    "gave up after max_time, or 200 steps for each of max_events; raise the one that was reached",
+    "gave up after max_time, or 200 steps for each of max_events; raise max_time or max_events",
     "simultaneous events leave no consistent set of modes; move the starting point",
     "the friction law returned NaN; check it over the speeds that occur",
     "the integrator could not take a step; check that the law is smooth between its knots",

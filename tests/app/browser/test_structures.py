@@ -489,10 +489,10 @@ def test_blocks_of_a_file_have_all_their_numbers(explorer, tmp_path):
 
 
 def test_two_blocks_of_a_file_start_where_their_present_map_has_points(explorer, tmp_path):
-    path, model = tmp_path / "own.toml", ss.examples.coulomb()
+    path, model = tmp_path / "own.toml", ss.examples.coulomb().replace(V=0.04)
     ss.write_model(model, path)
     explorer.page.set_input_files("input[data-open]", str(path))
-    explorer.page.wait_for_function("() => explorer.state.map !== null")
+    explorer.page.wait_for_function("() => explorer.state.model.V === 0.04")
     explorer.type_into("alpha", 0.5)
     d = 0.5 * (model.domain[1] + model.replace(alpha=0.5).domain[1])
     explorer.page.evaluate("d => explorer.startAt(d)", d)
