@@ -134,6 +134,14 @@ def test_an_event_at_the_beginning_of_a_forced_cycle_counts_once(late: float) ->
     np.testing.assert_allclose(ordered, np.sort_complex(expected), rtol=0, atol=1e-12)
 
 
+def test_a_block_that_creeps_to_rest_has_no_cycle() -> None:
+    """Beyond x = 1 - 0.848 it slips by the square of what is left in every period, ever less."""
+    force = ss.Harmonic(0.848, 1.2)
+    block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=1.0), damping=0.221, forcing=force)
+    with pytest.raises(ValueError, match="no cycle was found from this state in 100 periods"):
+        ss.find_cycle(block, [0.4], [0.0], max_events=100)
+
+
 def test_a_forced_search_goes_on_for_whole_periods_however_few_it_may() -> None:
     force = ss.Harmonic(2.0, frequency=0.2)  # so slow that the block sticks several times in each
     model = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2, forcing=force)

@@ -230,7 +230,7 @@ class _Search:
         # `legs` follows a return, or a share of it by the number of rounds.
         forced, last = self.model.plant.is_forced, math.inf
         enough = (10 if forced else 1) * CONVERGED
-        state = start
+        state, before, step = start, None, np.zeros_like(start.z)
         for _ in range(MAX_NEWTON):
             leg = legs(state, 1)
             if leg.status != status_codes.OK:
@@ -240,13 +240,16 @@ class _Search:
             off = self._off(leg, state)
             now = float(np.abs(off).max())
             if now <= enough or self._gains_no_more(last, now):
+                if before is not None and self._creeps(before, leg, step):
+                    return None
                 # Go round once where the return was found after several rounds.
                 for rounds in range(times, 1, -1):
                     if times % rounds == 0 and self._is_back(state, once := legs(state, rounds)):
                         return state, once, rounds
                 return state, leg, 1
             varies = state.free if forced else _varies(state)
-            last, state = now, state._replace(z=state.z + self._step(leg, off, varies))
+            last, before, step = now, leg, self._step(leg, off, varies)
+            state = state._replace(z=state.z + step)
             # A cycle with multiplier near 1 is 1 / (1 - multiplier) distances away, however close
             # the return: no less far than from the widest one that is worth an attempt.
             if np.abs((state.z - start.z) / self.sizes).max() > REACH:
@@ -271,6 +274,13 @@ class _Search:
         ways = ways * (np.abs(ways).T @ self.sizes)
         matrix = self._scaled((ways - leg.tangent @ ways).T).T
         return np.asarray(ways @ np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
+
+    def _creeps(self, before: Leg, leg: Leg, step: Floats) -> bool:
+        """Whether steps shorten the way by a share only: to rest that is reached ever slower."""
+        # Of a double root each step goes half of the way, and 1 - multiplier halves with it.
+        bent = self._scaled((leg.tangent - before.tangent) @ step)
+        straight = self._scaled(step - before.tangent @ step)
+        return bool(np.abs(bent).max() > 0.25 * np.abs(straight).max())
 
     def _gains_no_more(self, last: float, now: float) -> bool:
         """Whether Newton's method has come to rounding, which a multiplier near 1 magnifies."""
