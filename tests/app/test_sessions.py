@@ -496,6 +496,17 @@ def test_a_search_for_a_cycle_asks_whether_it_may_go_on(monkeypatch):
     assert len(asked) >= len(part.data["events"])
 
 
+@pytest.mark.parametrize("model", [COULOMB, {**CHAIN, "damping": 0.1}], ids=["exact", "blocks"])
+def test_a_motion_asks_whether_it_may_go_on(model, monkeypatch):
+    """One that grows without bound takes ever smaller steps: no other page got an answer."""
+    job, asked = Job(Gate(1), "a", 60.0), []
+    monkeypatch.setattr(job, "check", lambda: asked.append(True))
+    with job.running():
+        still = (0.0,) * len(model.get("static", "12"))
+        (part,) = VIEWS[requests.Motion](requests.Motion(model, x=still, v=still))
+    assert len(asked) >= len(part.data["events"]) > 1
+
+
 def test_a_job_ends_when_called_off_while_it_waits():
     gate = Gate(1)
     holder, waiting = Job(gate, "a", 10.0), Job(gate, "b", 10.0)
