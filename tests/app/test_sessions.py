@@ -94,7 +94,23 @@ def test_a_bad_request_is_answered_with_the_field_at_fault(page, name):
 @pytest.mark.parametrize(
     ("view", "request_", "told"),
     [
-        ("motion", {"d": 0.1, "t_end": 1e6}, "t_end must be a number <= 5000.0"),
+        (
+            "motion",
+            {"d": 0.1, "t_end": 1e6},
+            "t_end = 1000000.0 is not allowed: t_end must be a finite number, 0 < t_end <= 5000. "
+            "Give t_end a value in that range.",
+        ),
+        (
+            "motion",
+            {"x": [0, 5000], "v": [0, 0]},
+            "x_2 = 5000 is not allowed: x_2 must be a finite number, -1000 <= x_2 <= 1000. "
+            "Give x_2 a value in that range.",
+        ),
+        (
+            "event_map",
+            {"power": 9},
+            "power = 9 is not allowed: power must be a whole number from 1 to 8.",
+        ),
         ("event_map", {"power": 1.5}, "power must be a whole number, got `float`"),
     ],
 )
