@@ -521,3 +521,14 @@ def test_why_a_map_breaks_is_told_in_the_words_of_the_model(explorer, preset, wh
 def test_why_there_is_no_map_is_told_in_the_words_of_the_model(explorer):
     explorer.show("preset=oscillator")
     assert "The release of block 1 is one state" in explorer.panel("cycle").text_content()
+
+
+def test_motions_that_return_elsewhere_are_not_said_to_return_no_more(explorer):
+    """Of an axis with twice the static limit, which hunts twice as far as the domain goes."""
+    explorer.show("preset=hunting-axis")
+    explorer.type_into("static_1", 2)
+    sentence = explorer.settle("basins").panel("basins").locator(".sentence").text_content()
+    assert sentence.endswith("does the motion go on returning to the domain.")
+    explorer.show("preset=canards", "basins")
+    sentence = explorer.panel("basins").locator(".sentence").text_content()
+    assert sentence.endswith("50 % do not go on returning to the domain.")
