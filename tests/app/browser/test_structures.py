@@ -164,6 +164,16 @@ def test_where_a_contact_sticks_at_rest_there_is_a_mark(explorer):
     assert marked[0] == marked[1]
 
 
+def test_how_long_a_contact_sticks_is_as_long_as_its_phases(explorer):
+    """Each began a sample too early: of few samples, as shipped, 46.7 % was told for 44.9 %."""
+    explorer.show("preset=blade", "motion")
+    model, still = model_of_values(dict(explorer.state["model"])), [0.0, 0.0, 0.0]
+    motion = ss.simulate(model, still, still, t_end=explorer.state["t_end"])
+    share = np.diff(motion.t)[motion.modes[:, 0] == 0].sum() / motion.t[-1]
+    sentence = explorer.panel("portrait-1").locator(".sentence").text_content()
+    assert sentence.startswith(f"Sticks {100 * share:.3g} %")
+
+
 def test_a_multiplier_stays_on_one_line(explorer):
     explorer.show("preset=blade")
     explorer.settle("cycle")
