@@ -44,6 +44,10 @@ def endless(monkeypatch):
 RANGE = {"parameter": "V", "range": [0.03, 0.04]}
 FORCED = {"forcing": {"amplitude": 0.1, "frequency": 1e12}}
 LAW = COULOMB["friction"]
+FOOT = {
+    **{"kind": "structure", "mass": [1.0], "stiffness": [[1.0]]},
+    "contact": [{"at": 0, "stiffness": 0.0, "friction": LAW}],
+}
 BAD = {
     "too many points": ("event_map", {"points": 4001}, "points"),
     "no whole number": ("event_map", {"power": 1.5}, "power"),
@@ -77,6 +81,7 @@ BAD = {
         {"model": {**COULOMB, "friction": [LAW, {**LAW, "mu": 2}]}},
         "model.mu_2",
     ),
+    "foot without a spring": ("law", {"model": FOOT}, "model.contact_stiffness_1"),
     "range far away": ("diagram", {"parameter": "V", "range": [0.03, 1e300]}, "range[1]"),
     "start far away": ("motion", {"x": [0, 1e300], "v": [0, 0]}, "x[1]"),
 }

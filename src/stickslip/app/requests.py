@@ -43,6 +43,7 @@ KINDS: Final = {"float": "a number", "int": "a whole number", "str": "a text", "
 EXPECTED: Final = re.compile(rf"^Expected `({'|'.join(KINDS)})`")
 BOUND: Final = re.compile(r"^Expected `(?:float|int)` [<>]")
 NAMED: Final = re.compile(r"(?:^(?:contact|block|force) (\d+): |^|[\]:] |\.)(\w+) = ")
+SPRING: Final = re.compile(r"(?<=contact )(\d+: )(?=stiffness = )")
 
 
 def slider(
@@ -379,7 +380,7 @@ def model_of(request: Request) -> Model:
             raise
         text = str(error)
         unnamed = "model.law" if text.startswith(("[friction", "friction:")) else "model"
-        name = NAMED.search(of_page(text))
+        name = NAMED.search(SPRING.sub(r"\1contact_", of_page(text)))
         named = name and "_".join(filter(None, (f"model.{name[2]}", name[1])))
         raise BadRequestError(text, named or unnamed) from None
     for law in model.laws:
