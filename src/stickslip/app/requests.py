@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar, cast
 
 import msgspec
 import numpy as np
@@ -343,9 +343,9 @@ def decoded(content: str | bytes | Raw, kind: type[T]) -> T:
 
 def _check_range(field: str, content: str | bytes | Raw, kind: type) -> None:
     """Say of a number of a request which value it has, and what is allowed."""
-    value, known = msgspec.json.decode(content), inspect.type_info(kind)
+    value, known = msgspec.json.decode(content), cast(Any, inspect.type_info(kind))
     for key in re.findall(r"\w+", field):
-        of_union: Any = getattr(known, "types", (known,))
+        of_union = getattr(known, "types", (known,))
         if key.isdigit():
             value = value[int(key)]
             known = next(one.item_type for one in of_union if hasattr(one, "item_type"))
@@ -353,7 +353,8 @@ def _check_range(field: str, content: str | bytes | Raw, kind: type) -> None:
             value = value[key]
             (struct,) = (one for one in of_union if hasattr(one, "fields"))
             known = next(one.type for one in struct.fields if one.name == key)
-    if isinstance(known, inspect.IntType):
+    whole = isinstance(known, inspect.IntType)
+    if whole:
         whole_number(field, value, known.ge, at_most=known.le)
     low, above = (-inf if end is None else end for end in (known.ge, known.gt))
     finite_number(field, value, above=above, at_least=low, at_most=known.le)
