@@ -44,6 +44,10 @@ def endless(monkeypatch):
 RANGE = {"parameter": "V", "range": [0.03, 0.04]}
 FORCED = {"forcing": {"amplitude": 0.1, "frequency": 1e12}}
 LAW = COULOMB["friction"]
+FOOT = {
+    **{"kind": "structure", "mass": [1.0], "stiffness": [[1.0]]},
+    "contact": [{"at": 0, "stiffness": 0.0, "friction": LAW}],
+}
 BAD = {
     "too many points": ("event_map", {"points": 4001}, "points"),
     "no whole number": ("event_map", {"power": 1.5}, "power"),
@@ -77,6 +81,7 @@ BAD = {
         {"model": {**COULOMB, "friction": [LAW, {**LAW, "mu": 2}]}},
         "model.mu_2",
     ),
+    "foot without a spring": ("law", {"model": FOOT}, "model.contact_stiffness_1"),
     "range far away": ("diagram", {"parameter": "V", "range": [0.03, 1e300]}, "range[1]"),
     "start far away": ("motion", {"x": [0, 1e300], "v": [0, 0]}, "x[1]"),
 }
@@ -94,7 +99,23 @@ def test_a_bad_request_is_answered_with_the_field_at_fault(page, name):
 @pytest.mark.parametrize(
     ("view", "request_", "told"),
     [
-        ("motion", {"d": 0.1, "t_end": 1e6}, "t_end must be a number <= 5000.0"),
+        (
+            "motion",
+            {"d": 0.1, "t_end": 1e6},
+            "t_end = 1000000.0 is not allowed: t_end must be a finite number, 0 < t_end <= 5000. "
+            "Give t_end a value in that range.",
+        ),
+        (
+            "motion",
+            {"x": [0, 5000], "v": [0, 0]},
+            "x_2 = 5000 is not allowed: x_2 must be a finite number, -1000 <= x_2 <= 1000. "
+            "Give x_2 a value in that range.",
+        ),
+        (
+            "event_map",
+            {"power": 9},
+            "power = 9 is not allowed: power must be a whole number from 1 to 8.",
+        ),
         ("event_map", {"power": 1.5}, "power must be a whole number, got `float`"),
     ],
 )
@@ -494,6 +515,17 @@ def test_a_search_for_a_cycle_asks_whether_it_may_go_on(monkeypatch):
         (part,) = VIEWS[requests.Cycle](requests.Cycle(block, x=(0.1,), v=(0.0,)))
     assert part.data["stable"]
     assert len(asked) >= len(part.data["events"])
+
+
+@pytest.mark.parametrize("model", [COULOMB, {**CHAIN, "damping": 0.1}], ids=["exact", "blocks"])
+def test_a_motion_asks_whether_it_may_go_on(model, monkeypatch):
+    """One that grows without bound takes ever smaller steps: no other page got an answer."""
+    job, asked = Job(Gate(1), "a", 60.0), []
+    monkeypatch.setattr(job, "check", lambda: asked.append(True))
+    with job.running():
+        still = (0.0,) * len(model.get("static", "12"))
+        (part,) = VIEWS[requests.Motion](requests.Motion(model, x=still, v=still))
+    assert len(asked) >= len(part.data["events"]) > 1
 
 
 def test_a_job_ends_when_called_off_while_it_waits():

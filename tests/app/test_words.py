@@ -18,6 +18,7 @@ COULOMB = ss.Coulomb(mu=0.3)
         ("Take |V|; a law with forward= turns. So it is.", "Take |V|. So it is."),
         ("d = 1 is outside (alpha=1.2). Take model.domain.", "d = 1 is outside (alpha=1.2)."),
         ("[friction] F(0) = 2.0", "F(0) = 2.0"),
+        ("[forcing] frequency = 0", "frequency = 0"),
         ("static[0] = -1 beside 'a[0]': K[0, 1] is", "static_1 = -1 beside 'a[0]': K_1_2 is"),
         ("[[contact]] 0 [friction] mu = 3", "contact 1: mu = 3"),
         ("[[friction]] 1 mu = 3", "block 2: mu = 3"),

@@ -10,15 +10,16 @@ import dis
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar
+from math import inf
+from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar, cast
 
 import msgspec
 import numpy as np
-from msgspec import Meta, Raw, Struct
+from msgspec import Meta, Raw, Struct, inspect
 from numpy.typing import NDArray
 
 from stickslip.app.words import of_page
-from stickslip.checks import finite_number
+from stickslip.checks import finite_number, whole_number
 from stickslip.mechanics.friction import UserLaw
 from stickslip.mechanics.friction.formula import TracedFormula
 from stickslip.mechanics.model.arguments import Model
@@ -40,7 +41,9 @@ RAISE: Final = dis.opmap["RAISE_VARARGS"]
 PLACE: Final = re.compile(r" - at `\$\.?([^`]*)`$")
 KINDS: Final = {"float": "a number", "int": "a whole number", "str": "a text", "array": "a list"}
 EXPECTED: Final = re.compile(rf"^Expected `({'|'.join(KINDS)})`")
+BOUND: Final = re.compile(r"^Expected `(?:float|int)` [<>]")
 NAMED: Final = re.compile(r"(?:^(?:contact|block|force) (\d+): |^|[\]:] |\.)(\w+) = ")
+SPRING: Final = re.compile(r"(?<=contact )(\d+: )(?=stiffness = )")
 
 
 def slider(
@@ -155,7 +158,7 @@ class Request(Struct, frozen=True, forbid_unknown_fields=True):
 class Section(Struct, frozen=True, forbid_unknown_fields=True):
     """Settings of a return map, as `stickslip.return_map` takes them."""
 
-    contact: Annotated[int, Meta(ge=0, lt=MOST_BLOCKS)] = 0
+    contact: Annotated[int, Meta(ge=0, le=MOST_BLOCKS - 1)] = 0
     event: Literal["release", "landing"] = "release"
     direction: Literal["backward", "forward"] | None = None
     coordinates: Annotated[tuple[Word, ...], Meta(max_length=2 * MOST_BLOCKS)] | None = None
@@ -327,10 +330,34 @@ def decoded(content: str | bytes | Raw, kind: type[T]) -> T:
     except msgspec.ValidationError as error:
         text, place = PLACE.sub("", str(error)), PLACE.search(str(error))
         field = place[1] if place else ""
+        try:
+            if BOUND.match(text):
+                _check_range(field, content, kind)
+        except ValueError as wrong:
+            raise BadRequestError(str(wrong), field) from None
         wanted = EXPECTED.sub(lambda kind: f"{field} must be {KINDS[kind[1]]}", text)
         raise BadRequestError(wanted if field else text, field) from None
     except (msgspec.DecodeError, RecursionError) as error:
         raise BadRequestError(f"not JSON: {error}") from None
+
+
+def _check_range(field: str, content: str | bytes | Raw, kind: type) -> None:
+    """Say of a number of a request which value it has, and what is allowed."""
+    value, known = msgspec.json.decode(content), cast(Any, inspect.type_info(kind))
+    for key in re.findall(r"\w+", field):
+        of_union = getattr(known, "types", (known,))
+        if key.isdigit():
+            value = value[int(key)]
+            known = next(one.item_type for one in of_union if hasattr(one, "item_type"))
+        else:
+            value = value[key]
+            (struct,) = (one for one in of_union if hasattr(one, "fields"))
+            known = next(one.type for one in struct.fields if one.name == key)
+    whole = isinstance(known, inspect.IntType)
+    if whole:
+        whole_number(field, value, known.ge, at_most=known.le)
+    low, above = (-inf if end is None else end for end in (known.ge, known.gt))
+    finite_number(field, value, above=above, at_least=low, at_most=known.le)
 
 
 def model_of_text(content: bytes) -> Model:
@@ -354,7 +381,7 @@ def model_of(request: Request) -> Model:
             raise
         text = str(error)
         unnamed = "model.law" if text.startswith(("[friction", "friction:")) else "model"
-        name = NAMED.search(of_page(text))
+        name = NAMED.search(SPRING.sub(r"\1contact_", of_page(text)))
         named = name and "_".join(filter(None, (f"model.{name[2]}", name[1])))
         raise BadRequestError(text, named or unnamed) from None
     for law in model.laws:

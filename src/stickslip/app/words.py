@@ -7,7 +7,7 @@ from typing import Final
 
 OWN: Final = {
     r"^model = .*? (?=has |is )": "This model ",
-    r"^\[friction\] |^\[\[friction\]\] of (?=block)": "",
+    r"^\[(friction|forcing)\] |^\[\[friction\]\] of (?=block)": "",
     r"gave up after max_events events.*": "it changes modes more often than the page follows",
     r"gave up after max_time.*": "it takes longer than the page follows",
     r"Steady sliding is what stickslip\.equilibria describes": "Steady sliding is an equilibrium",

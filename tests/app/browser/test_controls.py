@@ -88,16 +88,36 @@ def test_a_value_out_of_range_is_named_at_its_field(explorer):
 
 def test_a_duration_that_is_refused_has_its_symbol(explorer):
     explorer.type_into("t_end", -5)
-    assert explorer.page.locator(".controls > .error").text_content() == "T must be a number > 0"
+    told = "T = \N{MINUS SIGN}5 is not allowed: T must be a finite number, 0 < T ≤ 5000."
+    assert told in explorer.page.locator(".controls > .error").text_content()
 
 
 def test_a_number_of_a_list_that_is_refused_marks_its_field(explorer):
     explorer.show("preset=chain")
     explorer.page.locator(".controls input[name='x']:visible").fill("0, 5000")
     explorer.page.keyboard.press("Enter")
-    explorer.page.locator(".controls > .error", has_text="x₂ must be a number ≤ 1000").wait_for()
+    told = "x₂ = 5000 is not allowed: x₂ must be a finite number, \N{MINUS SIGN}1000 ≤ x₂ ≤ 1000."
+    explorer.page.locator(".controls > .error", has_text=told).wait_for()
     wrong = explorer.page.locator(".controls [aria-invalid]")
     assert wrong.evaluate_all("all => all.map(({ name }) => name)") == ["x"]
+
+
+def test_what_is_wrong_with_all_of_a_model_marks_the_numbers_that_were_changed(explorer):
+    """No entry of its matrices is wrong by itself where a motion is too fast to be followed."""
+    explorer.show("preset=brake", "law")
+    error = explorer.page.locator(".controls > .error")
+    wrong = explorer.page.locator(".controls [aria-invalid]")
+    for name, value, told in (
+        ("damping_1_1", 1e5, "c₁,₁ = 100000: the model's fastest motion has the rate 100000;"),
+        ("V_1", 0.03, "V₁ = 0.03 and c₁,₁ = 100000: the model's"),
+    ):
+        explorer.type_into(name, value)
+        assert error.text_content().startswith(told)
+    names = wrong.evaluate_all("all => all.map(({ name }) => name).sort()")
+    assert names == ["V_1", "damping_1_1"]
+    explorer.type_into("damping_1_1", 0.05)
+    assert error.text_content() == ""
+    assert wrong.count() == 0
 
 
 def test_an_error_of_a_question_that_is_past_is_not_named(explorer):

@@ -345,7 +345,7 @@ def test_coordinates_and_parameters_have_one_name_in_all_texts(explorer):
     assert "φ = 3.14" in table.locator("tbody").text_content()
     assert table.get_by_label("Go to S1 at φ = ").count() == 1
     assert "along a:" in sentence(explorer, "table")
-    assert explorer.view("basins", "view.read(1)").startswith("φ = 1: no return")
+    assert explorer.view("basins", "view.read(1)").startswith("φ = 1: no further return")
     assert explorer.view("diagram", "view.read(1.5, 2)") == "a = 1.5, φ = 2"
     explorer.page.keyboard.press("o")
     assert explorer.plot("map").get_attribute("aria-label").startswith("From one return of")

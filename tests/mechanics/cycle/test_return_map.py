@@ -289,8 +289,11 @@ def test_what_no_section_is_made_of_is_refused() -> None:
     assert ss.return_map(block, event="landing").coordinates == ("x_1",)
     with pytest.raises(ValueError, match="contact = 3"):
         ss.return_map(axis(), contact=3)
-    with pytest.raises(ValueError, match="such as"):
-        ss.return_map(axis(), coordinates=["x_3"])
+    for names in (["x_3"], ["x_1", "x_2"], ["x_2", "x_3"]):  # one is needed, and x_3 is 0
+        with pytest.raises(ValueError, match="such as"):
+            ss.return_map(axis(), coordinates=names)
+    with pytest.raises(ValueError, match="release of contact 1 is one state"):
+        ss.return_map(axis().replace(A_3_1=0.0), coordinates=["x_2"])  # x_1 acts on nothing
     with pytest.raises(ValueError, match="event = 'slip'"):
         ss.return_map(axis(), event="slip")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="pair"):

@@ -14,12 +14,13 @@ import {
   coordinateOf,
   hasLineMap,
   mapOf,
+  parametersOf,
   shapeOf,
   slidersOf,
   valueOf,
   withValue,
 } from "./model.js";
-import { written } from "./numbers.js";
+import { listed, written } from "./numbers.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, same, Store } from "./state.js";
 
@@ -57,7 +58,7 @@ export class App {
       () => this.connection.running.size > 0,
     );
     /** @type {(t: number) => void} */ this.showTime = () => {};
-    /** @type {(field: string | null, message: string) => void} */ this.showError = () => {};
+    /** @type {(fields: string[], message: string) => void} */ this.showError = () => {};
     /** @type {(message: string, lasts?: boolean) => void} */ this.announce = () => {};
     /** What is shown may have other names. */
     this.arrange = () => {};
@@ -334,9 +335,25 @@ export class App {
     }
     const [slot, wrong] = [...standings].find(([, { error }]) => error?.field) ?? [];
     const field = wrong?.error?.field ?? null;
+    const message = wrong?.error?.message ?? "";
+    const changed = field === "model" ? this.#changed() : [];
+    if (changed.length) {
+      const values = changed.map((name) => `${name} = ${valueOf(this.limits, this.state.model, name)}`);
+      return this.showError(changed, `${listed(values)}: ${message}`);
+    }
     // The model of a diagram has the start of its range: see its question.
     const begins = slot === "diagram" && field === `model.${this.state.diagram.parameter}`;
-    this.showError(begins ? "range[0]" : field, wrong?.error?.message ?? "");
+    this.showError(begins ? ["range[0]"] : [field ?? ""], message);
+  }
+
+  /** Names of the numbers that differ from those of the last model that was answered. */
+  #changed() {
+    const { limits, state } = this;
+    const last = this.answers.get("law")?.question.request.model ?? state.model;
+    const known = [state.model, last].flatMap((model) => Object.values(parametersOf(limits, model)).flat(2));
+    const value = (/** @type {any} */ model, /** @type {string} */ name) => valueOf(limits, model, name);
+    const differ = known.filter(({ name }) => !same(value(state.model, name), value(last, name)));
+    return [...new Set(differ.map(({ name }) => name))];
   }
 
   /** Which map the model has is part of the state, so that all else follows from the state. @param {Part} part */

@@ -48,7 +48,7 @@ export class Controls {
     this.system = "";
     /** @type {Record<string, true>} */ this.kept = {};
     this.error = element("p", { class: "error", role: "alert", hidden: true });
-    this.typed = { field: /** @type {string | null} */ (null), message: "" }; // wrong before it is asked
+    this.typed = { fields: /** @type {string[]} */ ([]), message: "" }; // wrong before it is asked
     this.told = this.typed; // by the server
     this.modelRows = element("div", {});
     this.lawRows = element("div", {});
@@ -63,8 +63,8 @@ export class Controls {
       this.error,
     );
     app.store.subscribe((state, learned) => this.sync(state, learned));
-    app.showError = (field, message) => {
-      this.told = { field, message };
+    app.showError = (fields, message) => {
+      this.told = { fields, message };
       this.#mark();
     };
     app.showTime = (t) => (this.time.textContent = t.toFixed(1));
@@ -567,7 +567,7 @@ export class Controls {
    * @param {string} message
    */
   mark(field, message) {
-    this.typed = { field, message };
+    this.typed = { fields: field ? [field] : [], message };
     this.#mark();
   }
 
@@ -586,7 +586,7 @@ export class Controls {
   }
 
   #mark() {
-    const { field, message: text } = this.typed.message ? this.typed : this.told;
+    const { fields, message: text } = this.typed.message ? this.typed : this.told;
     const message = spelled(unquoted(text, (part) => this.#symbolic(part)));
     if (this.error.textContent === message) return;
     this.error.hidden = !message;
@@ -597,7 +597,7 @@ export class Controls {
       ...document.querySelectorAll(".controls input[name]"),
     ]);
     const named = (/** @type {(name: string) => string} */ of) =>
-      inputs.filter(({ name }) => field && message && of(name) === of(field));
+      inputs.filter(({ name }) => message && fields.some((field) => of(name) === of(field)));
     const [one, all] = [named(last), named(stem)]; // a list has one field for all its entries
     for (const input of inputs)
       if ((one.length ? one : all).includes(input)) input.setAttribute("aria-invalid", "true");

@@ -133,8 +133,11 @@ def chart(
     gone = gauge + _pivots(rows, free, plant.n_positions)
     kept = tuple(k for k in range(len(known)) if k not in gone)
     made = Chart(plant, contact, mode, released, kept, tuple(gauge))
-    if names is not None and made.names != tuple(names):
-        example = chart(plant, contact, mode, released, None).names
+    determined = len(rows) + plant.turns.shape[1]
+    if names is not None and (made.names != tuple(names) or len(gone) < determined):
+        whole = chart(plant, contact, mode, released, None)
+        if not (example := whole.names):
+            return whole
         raise ValueError(
             f"coordinates = {shown(tuple(names))} do not tell a point of the section: "
             f"{len(example)} are needed, such as {example}, in the order of "

@@ -29,6 +29,7 @@ from stickslip.mechanics.flow.transitions import onset, round_landings
 from stickslip.mechanics.model.arguments import Model
 from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
+from stickslip.numerics.threads import ask_to_go_on
 from stickslip.results.parts import part, register
 
 register(System)
@@ -197,6 +198,7 @@ class Recorder(ABC):
     def _steps(self, t_end: float) -> Iterator[int]:
         instant = 0
         while self.t < t_end:
+            ask_to_go_on()
             self.keep()
             left = t_end - self.t
             t, status = self._advance(min(self.longest, left))

@@ -75,10 +75,10 @@ export class BasinsView extends View {
     if (!this.attractors.length)
       return sticksAsOne(this.app.state.model)
         ? "No attractor is known: from no start do the blocks go on sticking together."
-        : "No attractor is known: from no start does the motion go on returning.";
+        : "No attractor is known: from no start does the motion go on returning to the domain.";
     const ends = this.names().map((who, k) => ({ share: shares[k], what: `end on ${who}` }));
     /** @type {[number, string][]} */
-    const rest = sticksAsOne(this.app.state.model) ? REST : [[-2, "never return"], REST[1]];
+    const rest = sticksAsOne(this.app.state.model) ? REST : [[-2, "do not go on returning to the domain"], REST[1]];
     const told = [...ends, ...rest.map(([label, what]) => ({ share: shares[Number(label)] ?? 0, what }))]
       .filter(({ share }) => share > 5e-4)
       .map(({ share, what }) => `${percent(share)} ${what}`);
@@ -184,7 +184,7 @@ export class BasinsView extends View {
     const { edges, label } = part.arrays;
     let at = label.length - 1;
     while (at > 0 && edges[at] > x) at--;
-    const nowhere = sticksAsOne(this.app.state.model) ? "no further common stick" : "no return";
+    const nowhere = sticksAsOne(this.app.state.model) ? "no further common stick" : "no further return to the domain";
     const who = this.names()[label[at]] ?? (label[at] === -2 ? nowhere : "not proved");
     return `${this.app.written("d")} = ${short(x, 7)}: ${who}\nfrom ${short(edges[at], 8)} to ${short(edges[at + 1], 8)}`;
   }

@@ -110,7 +110,8 @@ export class PortraitView extends View {
     if (!this.of || !this.rides) return "";
     const { t } = this.of;
     let riding = 0;
-    for (let k = 1; k < t.length; k++) if (!Number.isNaN(this.rides[k])) riding += t[k] - t[k - 1];
+    for (let k = 1; k < t.length; k++) // events are among the times; what is told of one holds after it
+      if (!Number.isNaN(this.rides[k - 1])) riding += t[k] - t[k - 1];
     const sticks = this.contact?.V ? "Rides" : "Sticks";
     return `${sticks} ${short((100 * riding) / (t.at(-1) || 1), 3)} % of the time (heavy); thin: slips.`;
   }

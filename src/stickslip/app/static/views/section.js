@@ -23,7 +23,7 @@ export class SectionView extends View {
   }
 
   get nowhere() {
-    return sticksAsOne(this.app.state.model) ? "no global stick" : "no return";
+    return sticksAsOne(this.app.state.model) ? "no global stick" : "no further return to the domain";
   }
 
   /** What the first two numbers of a point are. */
@@ -70,7 +70,7 @@ export class SectionView extends View {
     const { part } = this;
     if (!part) return "";
     if (!this.attractors.length)
-      return "No attractor is known: from no start does the motion go on returning.";
+      return "No attractor is known: from no start does the motion go on returning to the domain.";
     const { shares, held, mistaken, checked } = part.data;
     const ends = this.names().map((who, k) => `${percent(shares[k])} end on ${who}`);
     const where = held ? " in this section, other differences 0," : "";
