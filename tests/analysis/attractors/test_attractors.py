@@ -251,6 +251,14 @@ def test_chaotic_transient_that_leaves_is_no_attractor():
     assert all("reach a gap" in a.reason or "lost" in a.reason for a in found)
 
 
+def test_orbits_that_creep_over_the_end_of_the_domain_have_left():
+    # One block of steps ends with an image that is just outside, and recurs as a fixed point would.
+    f = PiecewiseMap(["0.96*(x + 3.00005) - 3.00005"], (-3, 3))
+    found = attractors(f)
+    assert len(found) == 0
+    assert found.left == 1
+
+
 def test_everything_leaves_through_the_gap():
     found = attractors(tent_with_hole(3.0))
     assert len(found) == 0

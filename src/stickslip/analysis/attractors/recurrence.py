@@ -116,7 +116,7 @@ def recurrences(tails: Floats, max_period: int) -> Floats:
 
 def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
     """Confirm that an orbit has settled on a cycle of this period (or a divisor): labels repeat."""
-    labels = np.asarray(f.evaluate(tail[-(REPEATS + 1) * period :]).label)
+    labels = sample(f, tail[-(REPEATS + 1) * period :]).label  # the last point may be outside
     if not np.array_equal(labels[period:], labels[:-period]):
         return None
     return confirmed(f, tail[-period:])
