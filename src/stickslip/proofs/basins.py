@@ -41,10 +41,10 @@ class Basins:
 
     def __init__(self, region: Region, orbits: Sequence[tuple[float, int]], share: float) -> None:
         self._region = region
+        self._domain = 2 * floor(region.setting.end / UNIT)
         self._traps = [self._trap(d, period) for d, period in orbits]
         self._proven = [_Union([[_units(x) for x in trap["interval"]]]) for trap in self._traps]
         self._order: list[tuple[Cells, int]] = []
-        self._domain = 2 * floor(region.setting.end / UNIT)
         self._cover(share)
 
     @property
@@ -76,6 +76,8 @@ class Basins:
         reason: Exception = Undecided("")
         for half in TRAPS:
             low, high = (round((Fraction(d) + sign * Fraction(half)) / UNIT) for sign in (-1, 1))
+            if max(-low, high) > self._domain // 2:
+                continue  # the map goes on beyond the domain, where no motion starts
             edges = np.linspace(low, high, PARTS + 1).astype(np.int64)
             try:
                 parts = [
