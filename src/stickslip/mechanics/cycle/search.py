@@ -240,8 +240,11 @@ class _Search:
             off = self._off(leg, state)
             now = float(np.abs(off).max())
             if now <= enough or self._gains_no_more(last, now):
-                if before is not None and self._creeps(before, leg, step):
-                    return None
+                if before is not None and self._comes_half_way(before, leg, step):
+                    # To a cycle with multiplier 1; or ever slower to rest, without these events.
+                    beyond = legs(state._replace(z=state.z + 2.0 * step), 1)
+                    if len(beyond.events) < len(leg.events):
+                        return None
                 # Go round once where the return was found after several rounds.
                 for rounds in range(times, 1, -1):
                     if times % rounds == 0 and self._is_back(state, once := legs(state, rounds)):
@@ -275,9 +278,9 @@ class _Search:
         matrix = self._scaled((ways - leg.tangent @ ways).T).T
         return np.asarray(ways @ np.linalg.lstsq(matrix, off, rcond=1e-12)[0])
 
-    def _creeps(self, before: Leg, leg: Leg, step: Floats) -> bool:
-        """Whether steps shorten the way by a share only: to rest that is reached ever slower."""
-        # Of a double root each step goes half of the way, and 1 - multiplier halves with it.
+    def _comes_half_way(self, before: Leg, leg: Leg, step: Floats) -> bool:
+        """Whether steps shorten the way by a share only, as to a double root."""
+        # There 1 - multiplier halves with the way.
         bent = self._scaled((leg.tangent - before.tangent) @ step)
         straight = self._scaled(step - before.tangent @ step)
         return bool(np.abs(bent).max() > 0.25 * np.abs(straight).max())
