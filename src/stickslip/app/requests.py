@@ -10,7 +10,6 @@ import dis
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import inf
 from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar, cast
 
 import msgspec
@@ -353,11 +352,9 @@ def _check_range(field: str, content: str | bytes | Raw, kind: type) -> None:
             value = value[key]
             (struct,) = (one for one in of_union if hasattr(one, "fields"))
             known = next(one.type for one in struct.fields if one.name == key)
-    whole = isinstance(known, inspect.IntType)
-    if whole:
-        whole_number(field, value, known.ge, at_most=known.le)
-    low, above = (-inf if end is None else end for end in (known.ge, known.gt))
-    finite_number(field, value, above=above, at_least=low, at_most=known.le)
+    ends = {"at_least": known.ge, "above": known.gt, "at_most": known.le}
+    check: Any = whole_number if isinstance(known, inspect.IntType) else finite_number
+    check(field, value, **{name: end for name, end in ends.items() if end is not None})
 
 
 def model_of_text(content: bytes) -> Model:

@@ -20,12 +20,6 @@ IN_PIECES: Final[ContextVar[Callable[[Callable[[int, int], None], int, int], Non
 """Launches what kernels do, in this context, in place of threads: work that may be called off."""
 
 
-def ask_to_go_on() -> None:
-    """Let work that may be called off end here, if nobody wants it any more."""
-    if (in_pieces := IN_PIECES.get()) is not None:
-        in_pieces(lambda *_: None, 0, 1)
-
-
 @cache
 def threads_start() -> bool:
     """Whether a thread starts here, and has a core."""

@@ -29,7 +29,7 @@ from stickslip.mechanics.flow.transitions import onset, round_landings
 from stickslip.mechanics.model.arguments import Model
 from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.roots import EPSILON
-from stickslip.numerics.threads import ask_to_go_on
+from stickslip.numerics.targets import launch
 from stickslip.results.parts import part, register
 
 register(System)
@@ -196,12 +196,17 @@ class Recorder(ABC):
                 return
 
     def _steps(self, t_end: float) -> Iterator[int]:
-        instant = 0
+        instant, left, reached = 0, t_end, (0.0, status_codes.OK)
+
+        def advance(_start: int, _stop: int) -> None:
+            nonlocal reached
+            reached = self._advance(min(self.longest, left))
+
         while self.t < t_end:
-            ask_to_go_on()
             self.keep()
             left = t_end - self.t
-            t, status = self._advance(min(self.longest, left))
+            launch(advance, 1, threads=1, smallest=1)  # which may be called off
+            t, status = reached
             self.t = t_end if t == left else self.t + t
             instant = instant + 1 if t == 0.0 else 0
             stuck = instant > MAX_INSTANT * self.mode.size
