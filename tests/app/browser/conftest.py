@@ -123,7 +123,7 @@ class Explorer:
                 document.querySelectorAll("dialog[open]").forEach((dialog) => dialog.close());
                 document.activeElement.blur();
                 history.replaceState(null, "", "#" + fragment);
-                dispatchEvent(new HashChangeEvent("hashchange"));
+                dispatchEvent(new HashChangeEvent("hashchange", { newURL: location.href }));
             }""",
             fragment,
         )

@@ -20,6 +20,18 @@ def test_the_address_holds_the_whole_state(explorer):
     assert explorer.picture("map")[0] == picture  # above it moves what the time shows
 
 
+def test_a_typed_address_is_followed_though_the_state_is_written_over_it_at_once(explorer):
+    explorer.page.evaluate(
+        """() => {
+            const before = location.href;
+            location.hash = "preset=brake";
+            history.replaceState(null, "", before);
+        }"""
+    )
+    explorer.page.wait_for_function("() => explorer.state.model.kind !== 'two_block'")
+    explorer.page.wait_for_function("() => !location.hash.includes('two_block')")
+
+
 def test_a_diagram_zoomed_upright_comes_back_with_the_button_that_shows_all(explorer):
     explorer.page.evaluate("() => explorer.zoom('diagram', [0.0366, 0.0372, 0, 1])")
     fit = explorer.panel("diagram").locator(".fit")

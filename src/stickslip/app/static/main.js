@@ -32,12 +32,12 @@ const ADDRESS_MS = 200;
 const read = async (name) => (await fetch(`static/shipped/${name}.json`)).json();
 
 /**
- * The state that the address asks for, whole or by the name of a preset; of one that cannot be read the
+ * The state that an address asks for, whole or by the name of a preset; of one that cannot be read the
  * first preset, and why.
- * @param {Limits} limits @param {Preset[]} presets
+ * @param {string} address @param {Limits} limits @param {Preset[]} presets
  */
-function stateOfAddress(limits, presets) {
-  const plain = location.hash.slice(1).replaceAll("+", "%2B"); // as it is typed: a formula's sum
+function stateOfAddress(address, limits, presets) {
+  const plain = new URL(address).hash.slice(1).replaceAll("+", "%2B"); // as it is typed: a formula's sum
   const given = new Map(new URLSearchParams(plain));
   const name = given.get("preset") ?? (given.size ? undefined : presets[0].name);
   const preset = presets.find((one) => one.name === name);
@@ -104,7 +104,7 @@ async function start() {
   );
   const status = /** @type {HTMLElement} */ (document.querySelector(".connection"));
   const toast = /** @type {HTMLElement} */ (document.querySelector(".toast"));
-  const { state, fault } = stateOfAddress(limits, presets);
+  const { state, fault } = stateOfAddress(location.href, limits, presets);
   const app = new App(
     limits,
     state,
@@ -151,8 +151,8 @@ async function start() {
   listen(keys);
   addTools(app, does, large.choices);
   watchTheme(redraw);
-  keepAddress(app, () => {
-    const asked = stateOfAddress(limits, presets);
+  keepAddress(app, (address) => {
+    const asked = stateOfAddress(address, limits, presets);
     app.store.replace(asked.state);
     controls.mark(null, asked.fault);
   });
@@ -211,7 +211,11 @@ function addTools(app, does, choices) {
   );
 }
 
-/** Write the state into the address, and follow an address that is typed. @param {App} app @param {() => void} follow */
+/**
+ * Write the state into the address, and follow an address that is typed, also where a state is written over
+ * it before the browser tells of it.
+ * @param {App} app @param {(address: string) => void} follow
+ */
 function keepAddress(app, follow) {
   let timer = 0;
   const write = () => history.replaceState(null, "", `#${toFragment(app.limits, app.state)}`);
@@ -219,7 +223,7 @@ function keepAddress(app, follow) {
     clearTimeout(timer);
     timer = setTimeout(write, ADDRESS_MS);
   });
-  addEventListener("hashchange", follow);
+  addEventListener("hashchange", ({ newURL }) => follow(newURL));
 }
 
 start().catch((error) => {
