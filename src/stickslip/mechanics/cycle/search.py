@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -144,20 +145,29 @@ class _Search:
             return cycle_of(found.shot)
 
     def _from_event_to_event(self, x: Floats, v: Floats, max_events: int) -> Cycle:
-        attempts = 0
-        for n_events, back, distance in self._returns(x, v, max_events):
+        returns = self._returns(x, v, max_events)
+        return self._first(returns, self._converged, f"{max_events} events")
+
+    def _first(
+        self,
+        returns: Iterator[tuple[int, State, float]],
+        converged: Callable[[State, int], Cycle | None],
+        time: str,
+    ) -> Cycle:
+        """Return the first cycle that Newton's method comes to from close returns."""
+        attempts, closest = 0, math.inf
+        for n_rounds, back, distance in returns:
+            closest = min(closest, distance)
             if attempts >= MAX_ATTEMPTS and distance > SETTLED:
                 continue
             attempts += 1
-            found = self._converged(back, n_events)
+            found = converged(back, n_rounds)
             if found is not None:
                 return found
             if distance <= SETTLED:
                 break
-        raise NoCycleError(
-            f": the motion came back {attempts} times, but not "
-            f"onto a cycle, in {max_events} events. Start closer to one, or raise max_events."
-        )
+        seen = f": the motion came back to within {closest:.1g} of its size" if attempts else ""
+        raise NoCycleError(f" in {time}{seen}. Start closer to one, or raise max_events.")
 
     def _returns(self, x: Floats, v: Floats, max_events: int) -> Iterator[tuple[int, State, float]]:
         """Yield close returns: events since then, the state, the distance."""
@@ -306,26 +316,30 @@ class _Search:
     # --- forced models: from period to period --------------------------------------------------
 
     def forced(self, x: Floats, v: Floats, max_periods: int) -> Cycle:
+        returns = self._returns_in_time(x, v, max_periods)
+        return self._first(
+            returns, self._converged_in_time, f"{max_periods} periods of the forcing"
+        )
+
+    def _returns_in_time(
+        self, x: Floats, v: Floats, max_periods: int
+    ) -> Iterator[tuple[int, State, float]]:
+        """Yield close returns: periods since then, the state, the distance."""
         period = self.model.plant.period
         state = self.plain.start(x, v)
-        states = [state]
+        states = deque([state], 64)
         closest = CLOSE
         for _ in range(max_periods):
             leg = self.plain.leg(state, max_time=period)
             _check(leg)
             state = leg.state._replace(t=0.0)
-            for back, other in enumerate(reversed(states[-64:]), start=1):
+            for back, other in enumerate(reversed(states), start=1):
                 distance = self._distance(state.z, other.z)
                 if (state.mode == other.mode).all() and distance < closest:
-                    found = self._converged_in_time(state, back)
-                    if found is not None:
-                        return found
-                    closest = 0.1 * distance
+                    yield back, state, distance
+                    closest = max(0.1 * distance, 0.5 * SETTLED)
                     break
             states.append(state)
-        raise NoCycleError(
-            f" in {max_periods} periods of the forcing. Start closer to one, or raise max_events."
-        )
 
     def _converged_in_time(self, state: State, times: int) -> Cycle | None:
         """Solve for a cycle of some periods of the forcing, or fewer."""
