@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tests.analysis.known_maps import border_collision, logistic
 
+from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
@@ -243,6 +244,24 @@ def test_boundary_crisis_of_a_family_of_parabolas():
     assert abs(point.value - (2 + 0.125 - 1 / 64)) <= 4 * point.error
     assert point.error < ON_CURVE
     assert point.system.parameters == {"b": 0.25, "a": point.value}
+
+
+def test_a_crisis_ends_where_chaos_meets_two_orbits_at_once():
+    """Slopes p, -p, p: the edges meet the fixed points beside them at p = 3 - b and p = 3 + b."""
+    f = PiecewiseMap(
+        ["b + p*(x + 2)", "b - p*x", "b + p*(x - 2)"],
+        (-6, 6),
+        parameters={"p": 2.8, "b": 0.1},
+        breakpoints=[-1, 1],
+    )
+    (crisis,) = bifurcations(f, "p", (2.89, 2.91), max_period=1, n_lists=4)
+    curve = follow_bifurcation(crisis, f, "b", (-0.2, 0.2), solve_for="p")
+    b, p = curve.parameters["b"], curve.parameters["p"]
+    assert p == pytest.approx(3 - b, abs=ON_CURVE)
+    assert abs(b[0]) < 0.01  # just beyond 0 what is left of the chaos lives long
+    assert b[-1] == 0.2
+    ceases = "the crisis ceases (no chaotic attractor with this edge changes beyond)"
+    assert curve.end_reasons == (ceases, "end of range")
 
 
 # ---------------------------------------------------------------- arguments and files

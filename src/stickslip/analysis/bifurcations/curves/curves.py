@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
@@ -17,6 +18,8 @@ import numpy as np
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation_of
 from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
+from stickslip.analysis.bifurcations.crisis.comparison import KINDS
+from stickslip.analysis.bifurcations.crisis.on_curves import doubt_about, first_lost
 from stickslip.analysis.bifurcations.curves.curve_ends import end_event
 from stickslip.analysis.bifurcations.curves.curve_events import events_between
 from stickslip.analysis.bifurcations.curves.plane_equations import (
@@ -35,7 +38,7 @@ from stickslip.numerics.continuation import LeavesRegion, StepControl, StepTooLo
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from stickslip.analysis.bifurcations.conditions.conditions import Condition
     from stickslip.analysis.bifurcations.curves.curve_events import Event
@@ -51,6 +54,7 @@ CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience
 START: Final = 1e-4  # of a parameter: how far off the start of a curve, or a guess, may be
 SUDDEN: Final = 4.0  # times the last velocity of the orbit: a jump, or a step to be halved
 FLOOR: Final = 1e-4  # of the domain: smaller moves of the orbit are no jumps
+HALVINGS: Final = 4  # of a step on which a crisis ceases to be one
 THIN: Final = 1e-4  # scaled: the approach to an end is not kept, only the end
 KIND: Final = "bifurcation: "  # before the kind of a bifurcation in that of its curve
 MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
@@ -181,12 +185,48 @@ class _ConditionFollower(PlaneFollower):
         self.equations = equations
         self.curve = self.line(equations, equations.scale)
         self.velocity = math.inf  # of the orbit, in the last step
+        below, above = getattr(item, "looks", (math.nan, math.nan))
+        self.beside = 0.5 * (above - below)  # of a value: where its attractors are looked at
         self.column = 0  # of the multipliers: on the side that the orbit comes from
 
     def restart(self, start: CurvePoint) -> None:
         """Take the gradient at the start."""
         self.equations.restart(start.y)
         self.velocity = math.inf
+
+    def half(self, start: CurvePoint, targets: Sequence[CurvePoint]) -> Half:
+        """Follow the condition; of a crisis no further than attractors change there."""
+        half = super().half(start, targets)
+        if self.which in KINDS and math.isfinite(self.beside):
+            with self.work.until_interrupted():
+                self._end_with_crisis(half)
+                return half
+            half.end = self.end(half.rows[-1], "interrupted")
+        return half
+
+    def _end_with_crisis(self, half: Half) -> None:
+        lost = first_lost(half.rows, self._doubt)
+        if lost is None:
+            return
+        kept, beyond = half.rows[lost - 1], half.rows[lost]
+        for _ in range(HALVINGS):
+            try:
+                node = self._middle(kept, beyond)
+            except (LeavesRegion, StepTooLong):
+                break
+            kept, beyond = (kept, node) if self._doubt(node) else (node, beyond)
+        half.rows[lost:] = [kept]
+        half.events = [event for event in half.events if event.row < lost]
+        half.end = self.end(kept, f"the crisis ceases ({self._doubt(beyond)} beyond)")
+
+    def _middle(self, a: CurvePoint, b: CurvePoint) -> CurvePoint:
+        middle = 0.5 * (a.parameter + b.parameter)
+        return self.curve.between(a, b, lambda point: point.parameter - middle)
+
+    def _doubt(self, point: CurvePoint) -> str:
+        q, s = point.y[-2:].tolist()
+        at = partial(self.plane.map_at, s=s)
+        return doubt_about(self.which, point.note.condition, at, q, self.beside)
 
     def points(self, point: CurvePoint) -> Floats:
         """Return the points of the orbit."""
