@@ -254,6 +254,26 @@ def test_what_is_no_map_is_refused(arguments, message):
         ss.Map(**(usual | arguments))
 
 
+@pytest.mark.parametrize("wrong", [-1.0, 2.0, math.nan, math.inf, "transposed"])
+def test_a_jacobian_that_is_not_that_of_the_values_is_refused(wrong):
+    known = ss.Map(henon, 2, parameters={"a": 1.4, "b": 0.3})
+    given = {"parameters": known.parameters, "domain": [(-2, 2)] * 2}
+
+    def jacobian(z, a, b):
+        return known.replace(a=a, b=b).derivative(z)
+
+    def other(z, a, b):
+        right = jacobian(z, a, b)
+        return np.swapaxes(right, -1, -2) if wrong == "transposed" else wrong * right
+
+    z = [0.3, 0.2]
+    assert np.array_equal(
+        ss.Map(henon, 2, jacobian=jacobian, **given).derivative(z), known.derivative(z)
+    )
+    with pytest.raises(ValueError, match=r"jacobian\[0, [01]\] is .* differences of func tell 1"):
+        ss.Map(henon, 2, jacobian=other, **given)
+
+
 def test_maps_are_immutable_values():
     f = ss.Map(henon, 2, parameters={"a": 1.4, "b": 0.3})
     assert f == ss.Map(henon, 2, parameters={"a": 1.4, "b": 0.3}) != f.replace(a=1.3)

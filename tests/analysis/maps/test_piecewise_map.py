@@ -226,6 +226,34 @@ def test_errors_say_what_is_wrong(make, message):
         make()
 
 
+@pytest.mark.parametrize("wrong", [-1.0, 2.0, 0.0, math.nan, math.inf])
+def test_derivatives_that_are_not_those_of_the_values_are_refused(wrong):
+    def made(**given):
+        return PiecewiseMap(lambda x, r: r * x * (1 - x), (0, 1), parameters={"r": 3.8}, **given)
+
+    def slope(x, r):
+        return r * (1 - 2 * x)
+
+    def rate(x, r):
+        return x * (1 - x)
+
+    made(derivative=slope, parameter_derivative={"r": rate})
+    with pytest.raises(ValueError, match=r"^derivative is .* differences of func tell 2.90294"):
+        made(derivative=lambda x, r: wrong * slope(x, r))
+    for other in ({"r": lambda x, r: wrong * rate(x, r)}, lambda x, name, r: wrong * rate(x, r)):
+        with pytest.raises(ValueError, match=r"parameter_derivative\['r'\] is .* tell 0.104102"):
+            made(parameter_derivative=other)
+
+
+def test_a_derivative_may_be_wrong_by_the_noise_of_the_function():
+    def func(x):
+        return np.sin(3 * np.float32(x)).astype(np.float32)
+
+    PiecewiseMap(func, (0, 1), derivative=lambda x: 3 * np.cos(3 * x))
+    with pytest.raises(ValueError, match="derivative"):
+        PiecewiseMap(func, (0, 1), derivative=lambda x: np.cos(3 * x))
+
+
 def test_an_argument_a_few_ulp_outside_counts_as_the_end():
     assert examples.tent()(1 + 4e-16) == 0.0
     with pytest.raises(ValueError, match="outside"):

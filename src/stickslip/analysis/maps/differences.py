@@ -28,6 +28,7 @@ NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
 ORDER: Final = 4  # columns of the extrapolation table
 PARAMETER_STEP: Final = 1e-2  # of a parameter's scale: first step of differences in it
 SHARP: Final = 1e-7  # of a derivative: known so well it needs no other steps
+LIKE: Final = 1e-3  # of differences: a slope that was given may be this far from all of them
 
 
 def complex_step(func: Callable[[NDArray[np.complex128]], Any], x: Floats) -> Floats:
@@ -64,6 +65,23 @@ def extrapolated_difference(
     return slope, error
 
 
+def unlike(
+    func: Callable[[Floats], Floats],
+    x: Floats,
+    scale: float,
+    slope: Floats,
+    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+) -> NDArray[np.bool_]:
+    """Tell where a slope that was given is not that of the values: no difference comes near."""
+    h, forward, backward = _neighbours(func, x, scale, usable, N_STEPS)
+    centre = func(x)
+    rises = ((forward - centre) / h, (centre - backward) / h, (forward - backward) / (2 * h))
+    differences = np.concatenate(rises)
+    with np.errstate(invalid="ignore"):
+        near = np.abs(differences - slope) <= LIKE * (1 + np.abs(differences))
+    return np.asarray(np.isfinite(differences).any(axis=0) & ~near.any(axis=0))
+
+
 def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -> Floats:
     """Differentiate n values by a parameter of scale 1, or of its size where that is sharper."""
     start, step = np.full(n, now), PARAMETER_STEP / FIRST_STEP
@@ -74,6 +92,15 @@ def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -
         finer, doubt = extrapolated_difference(func, start, step * abs(now))
         slope = np.where(rough & (doubt <= SHARP * np.abs(finer)), finer, slope)
     return slope
+
+
+def unlike_parameter(
+    func: Callable[[Floats], Floats], now: float, slope: Floats
+) -> NDArray[np.bool_]:
+    """Tell where a slope in a parameter is not that of the values, in steps of 1 or of its size."""
+    start, step = np.full(slope.shape, now), PARAMETER_STEP / FIRST_STEP
+    wrong = [unlike(func, start, step * scale, slope) for scale in (1.0, abs(now) or 1.0)]
+    return wrong[0] & wrong[1]
 
 
 def extrapolated_second_difference(

@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.differences import extrapolated_difference, parameter_difference
+from stickslip.analysis.maps.differences import (
+    extrapolated_difference,
+    parameter_difference,
+    unlike,
+)
 from stickslip.analysis.maps.protocol import (
     UNDEFINED,
     PointValues,
@@ -67,9 +71,21 @@ class NumericFunction:
     def jacobians(self, x: Floats, arguments: Mapping[str, float]) -> Floats:
         """Jacobians (..., n, n), each column by its coordinate."""
         n = x.shape[-1]
-        flat = x.reshape(-1, n)
-        columns = [self._column(flat, k, arguments) for k in range(n)]
+        columns = [
+            extrapolated_difference(*self._along(x.reshape(-1, n), k, arguments))[0]
+            for k in range(n)
+        ]
         return np.stack(columns, axis=-1).reshape(*x.shape, n)
+
+    def deny(
+        self, x: Floats, jacobians: Floats, arguments: Mapping[str, float]
+    ) -> NDArray[np.bool_]:
+        """Tell which entries of Jacobians at points (..., n) are not those of the values."""
+        columns = [
+            unlike(*self._along(x, k, arguments), jacobians[..., k].ravel())
+            for k in range(x.shape[-1])
+        ]
+        return np.reshape(np.stack(columns, axis=-1), jacobians.shape)
 
     def rates(self, x: Floats, name: str, arguments: Mapping[str, float]) -> Floats:
         """Differentiate by a parameter, (..., n)."""
@@ -87,21 +103,18 @@ class NumericFunction:
         """Nothing is known of pieces, (..., 0)."""
         return np.empty((*x.shape[:-1], 0))
 
-    def _column(self, x: Floats, k: int, arguments: Mapping[str, float]) -> Floats:
+    def _along(
+        self, x: Floats, k: int, arguments: Mapping[str, float]
+    ) -> tuple[Callable[[Floats], Floats], Floats, float]:
+        """All components as functions of coordinate k, which each row shares; where; its scale."""
+
         def values(changed: Floats) -> Floats:
             moved = changed.reshape(-1, *x.shape)[..., 0]
             points = np.repeat(x[None], len(moved), axis=0)
             points[..., k] = moved
-            return self.values(points, arguments)
+            return self.values(points, arguments).ravel()
 
-        start = np.repeat(x[:, k : k + 1], x.shape[1], axis=1)
-        return _differences(values, start, float(self._scale[k]))
-
-
-def _differences(values: Callable[[Floats], Floats], x: Floats, scale: float) -> Floats:
-    """Differentiate all components of values, shaped like x, which each row shares."""
-    flat = extrapolated_difference(lambda z: values(z).ravel(), x.ravel(), scale)[0]
-    return flat.reshape(x.shape)
+        return values, np.repeat(x[:, k], x.shape[1]), float(self._scale[k])
 
 
 @cache
@@ -157,7 +170,7 @@ class Map(UserMap):
     ------
     ValueError
         A parameter is not a finite number, a range is not an interval, a period not positive, or
-        `func` fails or returns another shape.
+        `func` fails or returns another shape, or `jacobian` is not that of its values.
 
     Examples
     --------
@@ -197,6 +210,7 @@ class Map(UserMap):
         self._seconds = [0.0]  # that NumPy has spent on orbits, of all maps that `replace` makes
         self._try()
         self._recorded, self._why_not = self._trace()
+        self._check_jacobian()
 
     def _checked_periods(self, periodic: Sequence[float | None] | None) -> Floats:
         none = [None] * self._dimension
@@ -443,10 +457,29 @@ class Map(UserMap):
                     f"{value.shape}. Images must be shaped like the points."
                 )
 
-    def _trace(self) -> tuple[PointFunction | NumericFunction, str]:
+    def _check_jacobian(self) -> None:
+        """Refuse a given Jacobian that is not that of the values."""
+        if self._jacobian is None:
+            return
+        x, slopes = self._probes, self._slopes(self._probes)
+        plain = NumericFunction(self._func, self._scales())
+        wrong = np.argwhere(plain.deny(x, slopes, self._parameters))
+        if len(wrong):
+            p, i, j = wrong[0]
+            known = plain.jacobians(x[p], self._parameters)[i, j]
+            raise ValueError(
+                f"jacobian[{i}, {j}] is {slopes[p, i, j]:.6g} at x = {x[p].tolist()}, but "
+                f"differences of func tell {known:.6g}. Without it Jacobians are found from func."
+            )
+
+    def _scales(self) -> Floats:
+        """How far differences reach at most, by coordinates."""
         scale = np.ptp(self._domain, axis=1)
         scale[~np.isfinite(scale)] = 2.0
-        plain = NumericFunction(self._func, scale)
+        return scale
+
+    def _trace(self) -> tuple[PointFunction | NumericFunction, str]:
+        plain = NumericFunction(self._func, self._scales())
         try:
             traced = point_function(self._func, self._dimension, tuple(self._parameters))
         except NotTraceable as reason:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 
@@ -14,6 +15,8 @@ from stickslip.analysis.maps.differences import (
     complex_step,
     extrapolated_difference,
     parameter_difference,
+    unlike,
+    unlike_parameter,
 )
 from stickslip.analysis.maps.formulas import VARIABLE, Formulas, formulas_of
 from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points
@@ -84,7 +87,8 @@ class PiecewiseMap(UserMap, EvaluatedMap):
     ------
     ValueError
         The domain is not an interval, a parameter is not a finite number, breakpoints are
-        not increasing, a formula cannot be read, or ``func`` fails on points of the domain.
+        not increasing, a formula cannot be read, ``func`` fails on points of the domain, or
+        `derivative` or `parameter_derivative` is not that of its values.
 
     Examples
     --------
@@ -139,6 +143,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         self._breakpoints = self._breakpoints_with(self._parameters)
         self._analytic: bool | None = None  # unknown until a slope is asked for
         self._learn_how_to_call()
+        self._check_derivatives()
 
     # ------------------------------------------------------------------ what it is
 
@@ -340,10 +345,12 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         return apply(slope, x, self._parameters, self._takes_arrays(role, slope))
 
     def _parameter_differences(self, x: Floats, name: str) -> Floats:
-        now = self._parameters[name]
+        return parameter_difference(self._values_along(x, name), self._parameters[name], x.size)
+
+    def _values_along(self, x: Floats, name: str) -> Callable[[Floats], Floats]:
+        """Values at points as a function of a parameter, one value of it after another."""
 
         def values(changed: Floats) -> Floats:
-            # Differences ask for all points at one value of the parameter after another.
             return np.concatenate(
                 [
                     self._values_on_branch(x, {**self._parameters, name: float(row[0])})
@@ -351,7 +358,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
                 ]
             )
 
-        return parameter_difference(values, now, x.size)
+        return values
 
     def _values_on_branch(self, x: Floats, parameters: Mapping[str, float]) -> Floats:
         """Values with other parameters, NaN where these are none of the map or a point's branch."""
@@ -401,6 +408,37 @@ class PiecewiseMap(UserMap, EvaluatedMap):
 
     def _takes_arrays(self, role: str, func: Function) -> bool:
         return takes_arrays(role, func, self._few_probes(), self._parameters)
+
+    def _check_derivatives(self) -> None:
+        """Refuse given derivatives that are not those of the values."""
+        if isinstance(self._func, Formulas):
+            return
+        (lo, hi), x = self._domain, self._probes()[::4]
+        if self._given_derivative is not None:
+            slope = self._slopes(x)
+            wrong = unlike(self._values_inside, x, hi - lo, slope, self._same_branch)
+            self._refuse("derivative", slope, x, wrong, lambda at: self._differences(at)[0])
+        given = self._given_parameter_derivative
+        for name in self._parameters if callable(given) else given or ():
+            slope, values = self._parameter_slopes(x, name), self._values_along(x, name)
+            wrong = unlike_parameter(values, self._parameters[name], slope)
+            role = f"parameter_derivative[{name!r}]"
+            self._refuse(role, slope, x, wrong, partial(self._parameter_differences, name=name))
+
+    def _refuse(
+        self,
+        role: str,
+        slope: Floats,
+        x: Floats,
+        wrong: NDArray[np.bool_],
+        known: Callable[[Floats], Floats],
+    ) -> None:
+        if wrong.any():
+            at = x[wrong][:1]
+            raise ValueError(
+                f"{role} is {slope[wrong][0]:.6g} at x = {at[0]:.6g}, but differences of func "
+                f"tell {known(at)[0]:.6g}. Without it slopes are found from func."
+            )
 
     def _complex_step_agrees(self) -> bool:
         """Tell whether ``func`` carries complex arrays and is analytic at every probe."""
