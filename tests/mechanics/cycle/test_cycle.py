@@ -152,6 +152,44 @@ def test_a_forced_search_goes_on_for_whole_periods_however_few_it_may() -> None:
     np.testing.assert_allclose([few.x, few.v], [known.x, known.v], rtol=0, atol=1e-12)
 
 
+def test_a_cycle_of_many_periods_of_the_forcing_is_found() -> None:
+    force = ss.Harmonic(3.36, frequency=0.4626)
+    model = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.81), forcing=force)
+    cycle = ss.find_cycle(model, [4.1702155], [0.0], max_events=150)
+    assert cycle.period == pytest.approx(113 * force.period)
+    assert cycle.stable
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_shaken_block_that_never_stops_moves_as_the_closed_form_says(seed: int) -> None:
+    """From one turn to the next friction is constant; half a period later the motion is -x."""
+    rng = np.random.default_rng(seed)
+    mu, damper, viscous = rng.uniform(0.1, 1.0), *rng.uniform(0.0, 0.5, 2)
+    omega, force = rng.uniform(0.6, 2.5), rng.uniform(4.0, 8.0)
+    flow = np.array([[0.0, 1.0], [-1.0, -damper - viscous]])
+    half = scipy.linalg.expm(flow * math.pi / omega)
+    # x = mu + p + y, p = Re(swing exp(i (omega t + lead))), y' = flow y, turning at t = 0.
+    rest, rate = np.linalg.solve(half + np.eye(2), (half - np.eye(2)) @ [mu, 0.0])
+    swing = force / (1.0 - omega**2 + 1j * omega * (damper + viscous))
+    lead = math.asin(rate / (abs(swing) * omega))
+    x, phase = rest + abs(swing) * math.cos(lead), lead - np.angle(swing)
+    needed = x - force * math.cos(phase)
+    assert needed > 1.0  # it slips on at once
+    turn = np.diag([1.0, (needed - mu) / (needed + mu)]) @ half
+    model = ss.Oscillator(
+        V=0.0,
+        friction=ss.Coulomb(mu=mu, viscous=viscous),
+        damping=damper,
+        forcing=ss.Harmonic(force, omega, phase - 0.5 * omega),
+    )
+    cycle = ss.find_cycle(model, [0.9 * x], [0.0])
+    assert [event.time for event in cycle.events] == pytest.approx([0.5, 0.5 + math.pi / omega])
+    assert cycle.trajectory.x(cycle.events[0].time) == pytest.approx([x], rel=1e-11)
+    known = np.linalg.eigvals(turn @ turn)
+    apart = np.abs(np.sort_complex(cycle.multipliers) - np.sort_complex(known))
+    assert apart.max() < 1e-11
+
+
 def test_motions_that_slide_for_ever_are_no_cycle() -> None:
     model = ss.Oscillator(V=0.5, friction=ss.Coulomb(mu=0.4))
     with pytest.raises(ValueError, match="neutral family"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -73,6 +72,7 @@ def find_cycle(
         as well.
     max_events : int
         Changes of mode (of a forced model: periods of the forcing) after which the search ends.
+        Cycles with more than 256 of them in the same modes are not looked for.
     rtol : float
         Local truncation error of the flow.
 
@@ -145,7 +145,8 @@ class _Search:
             return cycle_of(found.shot)
 
     def _from_event_to_event(self, x: Floats, v: Floats, max_events: int) -> Cycle:
-        returns = self._returns(x, v, max_events)
+        first = self._next_event(self.plain.start(x, v))
+        returns = self._returns(first, self._next_event, max_events)
         return self._first(returns, self._converged, f"{max_events} events")
 
     def _first(
@@ -156,26 +157,30 @@ class _Search:
     ) -> Cycle:
         """Return the first cycle that Newton's method comes to from close returns."""
         attempts, closest = 0, math.inf
-        for n_rounds, back, distance in returns:
+        for steps, back, distance in returns:
             closest = min(closest, distance)
             if attempts >= MAX_ATTEMPTS and distance > SETTLED:
                 continue
             attempts += 1
-            found = converged(back, n_rounds)
+            found = converged(back, steps)
             if found is not None:
                 return found
             if distance <= SETTLED:
                 break
         seen = f": the motion came back to within {closest:.1g} of its size" if attempts else ""
-        raise NoCycleError(f" in {time}{seen}. Start closer to one, or raise max_events.")
+        raise NoCycleError(
+            f" in {time}{seen}. Start closer to one, or raise max_events; one of more than "
+            f"{HISTORY} of them is not looked for."
+        )
 
-    def _returns(self, x: Floats, v: Floats, max_events: int) -> Iterator[tuple[int, State, float]]:
-        """Yield close returns: events since then, the state, the distance."""
-        state = self.plain.start(x, v)
+    def _returns(
+        self, state: State, step: Callable[[State], State], most: int
+    ) -> Iterator[tuple[int, State, float]]:
+        """Yield close returns among so many states: steps since then, the state, the distance."""
         seen: dict[bytes, tuple[Ints, Floats]] = {}  # by modes: when and where, the last ones
         closest = CLOSE
-        for number in range(max_events):
-            state = self._next_event(state)
+        for number in range(most):
+            state = step(state) if number else state
             here = self._scaled(state.z)
             modes = state.mode.tobytes()
             if modes not in seen:
@@ -316,30 +321,17 @@ class _Search:
     # --- forced models: from period to period --------------------------------------------------
 
     def forced(self, x: Floats, v: Floats, max_periods: int) -> Cycle:
-        returns = self._returns_in_time(x, v, max_periods)
+        period = self.model.plant.period
+
+        def step(state: State) -> State:
+            leg = self.plain.leg(state, max_time=period)
+            _check(leg)
+            return leg.state._replace(t=0.0)
+
+        returns = self._returns(self.plain.start(x, v), step, max_periods + 1)
         return self._first(
             returns, self._converged_in_time, f"{max_periods} periods of the forcing"
         )
-
-    def _returns_in_time(
-        self, x: Floats, v: Floats, max_periods: int
-    ) -> Iterator[tuple[int, State, float]]:
-        """Yield close returns: periods since then, the state, the distance."""
-        period = self.model.plant.period
-        state = self.plain.start(x, v)
-        states = deque([state], 64)
-        closest = CLOSE
-        for _ in range(max_periods):
-            leg = self.plain.leg(state, max_time=period)
-            _check(leg)
-            state = leg.state._replace(t=0.0)
-            for back, other in enumerate(reversed(states), start=1):
-                distance = self._distance(state.z, other.z)
-                if (state.mode == other.mode).all() and distance < closest:
-                    yield back, state, distance
-                    closest = max(0.1 * distance, 0.5 * SETTLED)
-                    break
-            states.append(state)
 
     def _converged_in_time(self, state: State, times: int) -> Cycle | None:
         """Solve for a cycle of some periods of the forcing, or fewer."""
