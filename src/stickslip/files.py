@@ -51,7 +51,7 @@ def checked_suffix(path: Path, suffixes: Collection[str], name: str = "path") ->
 
 
 def read_text(path: str | os.PathLike[str], *, limit: int = MOST_BYTES) -> str:
-    """Read an ordinary UTF-8 file, no device or pipe; a byte-order mark is dropped."""
+    """Read an ordinary UTF-8 file, no device or pipe; see `text_of`."""
     path = checked_path(path)
     _refuse_special(path)  # before it is opened: a pipe would wait
     try:
@@ -61,12 +61,17 @@ def read_text(path: str | os.PathLike[str], *, limit: int = MOST_BYTES) -> str:
         raise OSError(error.errno, error.strerror, str(path)) from error
     if len(content) > limit:
         raise ValueError(f"{path}: is too large: more than {limit:,} bytes.")
+    return text_of(content, f"{path}: ")
+
+
+def text_of(content: bytes, place: str = "") -> str:
+    """Return UTF-8 text without its byte-order mark; ValueError names place and line."""
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise ValueError(
-            f"{path}: not UTF-8 text: byte {content[error.start]:#x} in line {line}. "
+            f"{place}not UTF-8 text: byte {content[error.start]:#x} in line {line}. "
             "Save the file as UTF-8."
         ) from None
 

@@ -182,10 +182,12 @@ def test_a_model_file_is_opened(tmp_path):
         path.write_text(OWN)
         assert state["model"] == json.loads(json.dumps(model_values(ss.read_model(path))))
         assert state["map"]["kind"] == "none"
+        marked = client.post("/open", content=b"\xef\xbb\xbf" + OWN.encode())  # as Windows saves
+        assert marked.json() == reply.json()
         for wrong, told in (
             (b"kind = ", "not TOML"),
             (b'kind = "structre"', "structure"),
-            (b"\xff", "utf-8"),
+            (b"\n\xff", "not UTF-8 text: byte 0xff in line 2"),
             (OWN.encode() + b"#" * 70_000, "bytes at most"),
         ):
             reply = client.post("/open", content=wrong)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from stickslip.app.words import of_page
 from stickslip.checks import finite_number, whole_number
+from stickslip.files import text_of
 from stickslip.mechanics.friction import UserLaw
 from stickslip.mechanics.friction.formula import TracedFormula
 from stickslip.mechanics.model.arguments import Model
@@ -360,7 +361,7 @@ def _check_range(field: str, content: str | bytes | Raw, kind: type) -> None:
 def model_of_text(content: bytes) -> Model:
     """Make the model of a file, within the explorer's bounds."""
     try:
-        table = toml_of(content.decode())
+        table = toml_of(text_of(content))
     except ValueError as error:
         raise BadRequestError(str(error)) from None
     return model_of(Request(table))

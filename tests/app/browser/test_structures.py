@@ -1,6 +1,7 @@
 """Structures on the page: drawn, moved by sliders, with their maps, and opened from a file."""
 
 import json
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -443,6 +444,35 @@ def test_a_plant_is_opened_from_a_file(explorer, tmp_path):
     explorer.page.locator(".controls .error", has_text=told).wait_for()
     explorer.page.unroute("**/open")
     explorer.complaints.clear()
+
+
+def test_of_many_numbers_those_with_a_range_have_sliders_also_in_a_link(explorer):
+    """A choice is no slider: its row in the address had no ends, and all of them were refused."""
+    with explorer.asking_only("law"):
+        explorer.show("preset=drill-string", "law")
+        model = json.dumps(explorer.state["model"])
+        explorer.go(f"model={quote(model)}")  # as a file, without the preset's ends
+        ends = explorer.state["sliders"]
+        assert "exponent_1" not in ends
+        explorer.page.evaluate("() => explorer.setParameter('static_1', 0.33)")
+        explorer.page.wait_for_timeout(400)
+        explorer.go(explorer.page.evaluate("() => location.hash.slice(1)"))
+        assert explorer.state["sliders"] == ends
+
+
+def test_a_start_has_as_many_numbers_as_the_model_has_states(explorer):
+    with explorer.asking_only("law"):
+        explorer.show("preset=brake", "law")
+        x, v = (explorer.page.locator(f".controls input[name={name}]") for name in "xv")
+        for field in (x, v):
+            field.fill("1, 2, 3")
+            field.press("Enter")
+            told = explorer.page.locator(".controls .error").text_content()
+            assert "write 0 to 2 numbers" in told
+        explorer.show("preset=hunting-axis", "law")
+        explorer.page.evaluate("() => explorer.setModel({ ...explorer.state.model })")
+        assert x.is_visible()
+        assert v.is_hidden()  # in state-space form all are displacements
 
 
 def test_all_other_numbers_are_opened_by_the_keyboard(explorer):

@@ -208,9 +208,15 @@ export class Controls {
    * @param {(state: State) => number[]} get
    * @param {(value: number[]) => void} set
    * @param {((state: State) => void)[]} shows
-   * @param {number} [fewest]  by default as many as the model needs
+   * @param {(state: State) => {min: number, max: number}} [counts]  how many; by default as many as there may be blocks
    */
-  #list(one, get, set, shows, fewest) {
+  #list(
+    one,
+    get,
+    set,
+    shows,
+    counts = ({ model }) => kindEntry(this.app.limits, model.kind).blocks ?? { min: 1, max: 8 },
+  ) {
     const field = element("input", {
       type: "text",
       "aria-label": `${one.meaning}, numbers with commas`,
@@ -221,15 +227,11 @@ export class Controls {
           .split(/[,;\s]+/)
           .filter(Boolean)
           .map(Number);
-        const { min, max: most } = kindEntry(this.app.limits, this.app.state.model.kind).blocks ?? {
-          min: 1,
-          max: 8,
-        };
-        const least = fewest ?? min;
-        if (!values.every(Number.isFinite) || values.length < least || values.length > most) {
+        const { min, max } = counts(this.app.state);
+        if (!values.every(Number.isFinite) || values.length < min || values.length > max) {
           return this.mark(
             one.name,
-            `${one.meaning}: write ${least} to ${most} numbers with commas between them.`,
+            `${one.meaning}: write ${min} to ${max} numbers with commas between them.`,
           );
         }
         set(values);
@@ -512,19 +514,21 @@ export class Controls {
     const states = /** @type {const} */ ([
       ["x", "X", "displacements at the start of the motion, 0 if not given"],
       ["v", "X′", "velocities at the start of the motion, 0 if not given"],
-    ]).map(([name, symbol, meaning]) =>
-      this.#list(
+    ]).map(([name, symbol, meaning]) => {
+      const now = (/** @type {State} */ state) => startState(state.model, state)[name];
+      const row = this.#list(
         { ...numeric, name, symbol, meaning },
-        (state) => startState(state.model, state)[name],
+        now,
         (values) => app.store.update({ [name]: values }, name),
         this.fixed,
-        0,
-      ),
-    );
+        (state) => ({ min: 0, max: now(state).length }),
+      );
+      this.fixed.push((state) => (row.hidden = hasLineMap(state) || !now(state).length));
+      return row;
+    });
     this.fixed.push((state) => {
       stick.hidden = !hasLineMap(state);
       pointed(state);
-      for (const row of states) row.hidden = hasLineMap(state);
     });
     const duration = {
       name: "t_end",

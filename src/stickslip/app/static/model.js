@@ -339,9 +339,10 @@ const FEW = 12;
 export function slidersOf(limits, model) {
   if (!hasMatrices(model)) return {};
   const { ofModel, ofLaws } = parametersOf(limits, model);
-  const all = [...ofModel, ...ofLaws.flat().filter((one) => !one.values)];
+  const ofLaw = ofLaws.flat().filter((one) => !one.values);
+  const all = [...ofModel, ...ofLaw];
   const first = (/** @type {Parameter} */ { name }) => /^(static|V|load|contact|forcing)/.test(name);
-  const some = all.length <= FEW ? all : [...ofModel.filter(first), ...ofLaws.flat()].slice(0, FEW);
+  const some = all.length <= FEW ? all : [...ofModel.filter(first), ...ofLaw].slice(0, FEW);
   return Object.fromEntries(some.map(({ name, min, max }) => [name, [min, max]]));
 }
 
