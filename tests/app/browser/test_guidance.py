@@ -294,6 +294,34 @@ def test_the_table_leads_to_orbits_breaks_and_bifurcations(explorer, collision):
     assert explorer.panel("plane").is_visible()
 
 
+def test_no_row_of_the_table_is_seen_above_its_head_nor_has_the_focus_beneath(explorer):
+    explorer.page.keyboard.press("o")
+    table = explorer.panel("table")
+    table.locator("tbody button.name").last.focus()
+    above, beneath = table.evaluate(
+        """(table) => {
+            const place = (part) => part.getBoundingClientRect();
+            const [holder, head] = ["[role=region]", "th"].map((one) => table.querySelector(one));
+            const above = holder.scrollTop && place(head).top - place(holder).top;
+            const upwards = [...table.querySelectorAll("button.name")].reverse();
+            const isBeneath = (name) => (name.focus(), place(name).top < place(head).bottom);
+            return [above, upwards.filter(isBeneath).length];
+        }"""
+    )
+    assert (above, beneath) == (pytest.approx(0.0, rel=0.0, abs=0.1), 0)
+    explorer.page.keyboard.press("o")
+
+
+@pytest.mark.parametrize(("tool", "key"), [("Table", "o"), ("Tour", "g")])
+def test_what_takes_the_focus_gives_it_back(explorer, tool, key):
+    explorer.page.locator(f".tool[aria-label={tool}]").focus()
+    explorer.page.keyboard.press("Enter")
+    focused = "() => document.activeElement.ariaLabel ?? document.activeElement.textContent"
+    assert explorer.page.evaluate(focused) != tool
+    explorer.page.keyboard.press(key)
+    assert explorer.page.evaluate(focused) == tool
+
+
 def test_the_table_takes_no_place_where_it_is_not_shown(explorer):
     table, portrait = explorer.panel("table"), explorer.panel("portrait-1")
     explorer.page.keyboard.press("o")

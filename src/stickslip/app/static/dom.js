@@ -109,3 +109,13 @@ export function playButton(label, onclick) {
   button.append(icon("pause"));
   return button;
 }
+
+/**
+ * Hide a section; where the focus was in it, that goes back to where it came from, as a dialog's does.
+ * @param {HTMLElement} section @param {Element | null} from @param {() => void} hide
+ */
+export function leave(section, from, hide) {
+  const held = section.contains(document.activeElement);
+  hide();
+  if (held) /** @type {HTMLElement | null} */ (from)?.focus();
+}

@@ -5,7 +5,7 @@
  */
 import { App } from "./app.js";
 import { Controls } from "./controls.js";
-import { element, icon, iconButton } from "./dom.js";
+import { element, icon, iconButton, leave } from "./dom.js";
 import { helpDialog, keyTable, listen } from "./keyboard.js";
 import { copy } from "./keep.js";
 import { Large } from "./large.js";
@@ -90,10 +90,10 @@ function addViews(app, main) {
 /** Show the table in the place of the small views, or these. @param {App} app @param {TableView} table */
 function toggleTable(app, table) {
   table.open = !table.open;
+  if (!table.open) return leave(table.panel.section, table.from, () => app.changed());
+  table.from = document.activeElement;
   app.changed();
-  if (table.open && !hasLineMap(app.state))
-    app.announce("The table is of maps of the line: this model has none");
-  if (!table.isFor(app.state)) return;
+  if (!hasLineMap(app.state)) return app.announce("The table is of maps of the line: this model has none");
   table.panel.section.scrollIntoView({ block: "nearest" });
   table.panel.body.querySelector("button.name")?.focus();
 }

@@ -4,7 +4,7 @@
  * @import {App} from "./app.js"
  * @import {Preset} from "./types.js"
  */
-import { element } from "./dom.js";
+import { element, leave } from "./dom.js";
 import { completeState } from "./state.js";
 
 /** A step: the preset it begins with, and a text in which pairs move a slider. */
@@ -64,6 +64,7 @@ export class Tour {
     this.app = app;
     this.presets = presets;
     this.at = 0;
+    /** What had the focus before. @type {Element | null} */ this.from = null;
     const named = { class: "tour", "aria-labelledby": "tour-title", "aria-live": "polite" };
     this.section = element("section", { ...named, hidden: true });
     host.prepend(this.section);
@@ -75,8 +76,9 @@ export class Tour {
 
   /** Hide, or go on where it was left. */
   toggle() {
-    if (this.shown) this.section.hidden = true;
-    else this.#show(this.at);
+    if (this.shown) return this.#hide();
+    this.from = document.activeElement;
+    this.#show(this.at);
   }
 
   /** On or back, as far as there are steps. @param {number} steps */
@@ -85,8 +87,12 @@ export class Tour {
     if (STEPS[to]) this.#show(to);
   }
 
+  #hide() {
+    leave(this.section, this.from, () => (this.section.hidden = true));
+  }
+
   #end() {
-    this.section.hidden = true;
+    this.#hide();
     this.at = 0;
   }
 

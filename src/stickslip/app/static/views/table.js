@@ -32,6 +32,7 @@ export class TableView extends View {
       export: "",
     });
     this.open = false;
+    /** What had the focus before. @type {Element | null} */ this.from = null;
     this.sorted = { column: 1, down: true };
     this.shape = "";
     this.body = element("tbody", {
