@@ -173,6 +173,16 @@ def test_python_of_structures_makes_equal_models():
         assert numbers_of("law", model=values)["model"] == model_of_values(values)
 
 
+def test_a_cobweb_that_leaves_the_domain_says_so(page):
+    """Of an axis without falling friction, which creeps to rest: each release is nearer to 0."""
+    state = PRESETS["hunting-axis"]
+    model = model_values(model_of_values(state["model"]).replace(mu_1=1.0))
+    asked = {"model": model, "section": state["section"], "d": 0.055, "n": 20}
+    part = page.parts("cobweb", **asked)["orbit"]
+    assert np.isnan(part.arrays["orbit"][-1])
+    assert part.data["end"]["status"] == "the orbit has left the domain"
+
+
 def test_a_model_file_is_opened(tmp_path):
     with TestClient(application(warm=False), base_url="http://localhost") as client:
         reply = client.post("/open", content=OWN.encode())

@@ -18,7 +18,7 @@ from stickslip.analysis.attractors.basins import basins as divided
 from stickslip.analysis.branches.branches import branches
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import windowed
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import clip_to_domain, domain_width
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.app.requests import Part
@@ -192,8 +192,10 @@ def cobweb(request: requests.Cobweb) -> Iterator[Part]:
 def _end(f: Any, orbit: Floats) -> dict[str, Any]:
     """Tell whether the orbit repeats itself to rounding, or stops, and why."""
     if np.isnan(orbit[-1]):
-        last = float(orbit[np.isfinite(orbit)][-1])
-        return {"kind": "left", "period": 0, "status": str(f.evaluate(last).message)}
+        last = orbit[np.isfinite(orbit)][-1]
+        inside = clip_to_domain(f.domain, last)[1]
+        why = str(f.evaluate(last).message) if inside else "the orbit has left the domain"
+        return {"kind": "left", "period": 0, "status": why}
     back = np.abs(orbit[-2::-1] - orbit[-1])
     repeats = np.flatnonzero(back <= 1e-9 * (f.domain[1] - f.domain[0]))
     if repeats.size:
