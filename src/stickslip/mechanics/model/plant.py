@@ -238,8 +238,7 @@ class Plant:
     def turns(self) -> Floats:
         """Columns: changes of (y, w) that nothing feels, as a free rotor turned as a whole."""
         own = self.reduced.matrix[self.n_waves :, self.n_waves :]
-        n, m = own.shape[1], len(self.reduced.mass)
-        return unfelt(np.concatenate([own, np.eye(m, n, n - m)]))  # friction feels each w
+        return unfelt(own)
 
     def felt(self, change: Floats) -> Floats:
         """Leave out of changes of (y, w), shape (..., n), what nothing feels."""
