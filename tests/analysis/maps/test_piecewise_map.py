@@ -254,6 +254,18 @@ def test_a_derivative_may_be_wrong_by_the_noise_of_the_function():
         PiecewiseMap(func, (0, 1), derivative=lambda x: np.cos(3 * x))
 
 
+@pytest.mark.parametrize("half", [1e-10, 3e-9, 1e-4])
+def test_a_right_derivative_is_taken_on_a_narrow_branch_beside_a_root(half):
+    PiecewiseMap(
+        lambda x: np.where(np.abs(x - 0.1) < half, np.sqrt(np.abs(x - 0.1 + half)), -x),
+        (-1, 1),
+        derivative=lambda x: np.where(
+            np.abs(x - 0.1) < half, 0.5 / np.sqrt(np.abs(x - 0.1 + half)), -1.0
+        ),
+        breakpoints=[0.1 - half, 0.1 + half],
+    )
+
+
 def test_an_argument_a_few_ulp_outside_counts_as_the_end():
     assert examples.tent()(1 + 4e-16) == 0.0
     with pytest.raises(ValueError, match="outside"):

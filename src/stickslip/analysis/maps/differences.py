@@ -77,9 +77,14 @@ def unlike(
     centre = func(x)
     rises = ((forward - centre) / h, (centre - backward) / h, (forward - backward) / (2 * h))
     differences = np.concatenate(rises)
+    known = np.isfinite(differences).any(axis=0)
+    return np.asarray(known & ~are_near(slope, differences).any(axis=0))
+
+
+def are_near(slope: Floats, differences: Floats) -> NDArray[np.bool_]:
+    """Tell where differences are those of a slope that was given."""
     with np.errstate(invalid="ignore"):
-        near = np.abs(differences - slope) <= LIKE * (1 + np.abs(differences))
-    return np.asarray(np.isfinite(differences).any(axis=0) & ~near.any(axis=0))
+        return np.asarray(np.abs(differences - slope) <= LIKE * (1 + np.abs(differences)))
 
 
 def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -> Floats:

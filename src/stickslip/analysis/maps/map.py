@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.differences import (
+    are_near,
     extrapolated_difference,
     parameter_difference,
     unlike,
@@ -463,13 +464,15 @@ class Map(UserMap):
             return
         x, slopes = self._probes, self._slopes(self._probes)
         plain = NumericFunction(self._func, self._scales())
-        wrong = np.argwhere(plain.deny(x, slopes, self._parameters))
-        if len(wrong):
-            p, i, j = wrong[0]
-            known = plain.jacobians(x[p], self._parameters)[i, j]
+        wrong = plain.deny(x, slopes, self._parameters)
+        if not wrong.any():
+            return
+        known = plain.jacobians(x, self._parameters)
+        for p, i, j in np.argwhere(wrong & np.isfinite(known) & ~are_near(slopes, known)):
             raise ValueError(
                 f"jacobian[{i}, {j}] is {slopes[p, i, j]:.6g} at x = {x[p].tolist()}, but "
-                f"differences of func tell {known:.6g}. Without it Jacobians are found from func."
+                f"differences of func tell {known[p, i, j]:.6g}. Without it Jacobians are found "
+                "from func."
             )
 
     def _scales(self) -> Floats:

@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import (
     SHARP,
+    are_near,
     complex_step,
     extrapolated_difference,
     parameter_difference,
@@ -433,11 +434,14 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         wrong: NDArray[np.bool_],
         known: Callable[[Floats], Floats],
     ) -> None:
-        if wrong.any():
-            at = x[wrong][:1]
+        if not wrong.any():
+            return
+        at, given, told = x[wrong], slope[wrong], known(x[wrong])
+        sure = np.isfinite(told) & ~are_near(given, told)  # what would be taken without it
+        if sure.any():
             raise ValueError(
-                f"{role} is {slope[wrong][0]:.6g} at x = {at[0]:.6g}, but differences of func "
-                f"tell {known(at)[0]:.6g}. Without it slopes are found from func."
+                f"{role} is {given[sure][0]:.6g} at x = {at[sure][0]:.6g}, but differences of func "
+                f"tell {told[sure][0]:.6g}. Without it slopes are found from func."
             )
 
     def _complex_step_agrees(self) -> bool:
