@@ -157,6 +157,17 @@ def test_an_axis_without_a_gap_of_friction_does_not_hunt() -> None:
     assert not ss.periodic_orbits(f, max_period=2)
 
 
+def test_orbits_end_where_they_leave_the_domain() -> None:
+    f = ss.return_map(axis(mu=1.0), coordinates=["x_2"], domain=(1e-3, 0.04))
+    inside = f.iterate([0.002, 0.04], 40)
+    assert np.isfinite(inside[:, 0]).all()
+    for orbit in inside:
+        known = orbit[np.isfinite(orbit)]
+        assert (known[:-1] >= 1e-3).all()
+        assert 0 < known[-1] < 1e-3  # the point that has left is told, none after it
+        assert np.isnan(orbit[len(known) :]).all()
+
+
 def test_a_shaken_block_is_a_map_of_the_circle() -> None:
     f = ss.return_map(shaken())
     assert f.coordinates == ("phase",)

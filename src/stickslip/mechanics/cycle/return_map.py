@@ -11,7 +11,13 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.analysis.maps.derived import LineMap
-from stickslip.analysis.maps.protocol import Mechanism, box_points, checked_points, reduced
+from stickslip.analysis.maps.protocol import (
+    Mechanism,
+    box_points,
+    checked_points,
+    clip_to_domain,
+    reduced,
+)
 from stickslip.checks import (
     checked_interval,
     finite_number,
@@ -304,6 +310,13 @@ class LineReturnMap(SectionMap, LineMap):
         if self._low > self._high:
             self._low, self._high = self._trapped()
         return self._low, self._high
+
+    def iterate(self, d: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times; NaN once an orbit has left the domain."""
+        orbits = super().iterate(d, n)
+        left = ~clip_to_domain(self.domain, orbits[..., :-1])[1]
+        orbits[..., 1:][np.logical_or.accumulate(left, axis=-1)] = np.nan
+        return orbits
 
     def replace(self, **changes: Any) -> Self:
         """Make the map of a changed model, with the same settings, as long a domain included."""
