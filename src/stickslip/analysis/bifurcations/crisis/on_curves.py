@@ -75,15 +75,18 @@ def _with_edge(point: ParameterPoint, condition: Condition) -> Attractor | None:
     return next((a for a in point.chaotic if np.abs(a.bands - edge).min() <= close), None)
 
 
-def first_lost(rows: Sequence[T], doubt: Callable[[T], str]) -> int | None:
-    """Find the first row in doubt: some are looked at, then those between."""
+def first_lost(rows: Sequence[T], doubt: Callable[[T], str]) -> tuple[int, str] | None:
+    """Find the first row in doubt, and why it is: some are looked at, then those between."""
     looked_at = np.linspace(0, len(rows) - 1, LOOKS + 1).round().astype(int).tolist()
     low = 0
     for high in looked_at[1:]:
-        if high > low and doubt(rows[high]):
+        if high > low and (why := doubt(rows[high])):
             while high - low > 1:
                 middle = (low + high) // 2
-                low, high = (low, middle) if doubt(rows[middle]) else (middle, high)
-            return high
+                if found := doubt(rows[middle]):
+                    high, why = middle, found
+                else:
+                    low = middle
+            return high, why
         low = high
     return None

@@ -205,19 +205,23 @@ class _ConditionFollower(PlaneFollower):
         return half
 
     def _end_with_crisis(self, half: Half) -> None:
-        lost = first_lost(half.rows, self._doubt)
-        if lost is None:
+        found = first_lost(half.rows, self._doubt)
+        if found is None:
             return
+        lost, why = found
         kept, beyond = half.rows[lost - 1], half.rows[lost]
         for _ in range(HALVINGS):
             try:
                 node = self._middle(kept, beyond)
             except (LeavesRegion, StepTooLong):
                 break
-            kept, beyond = (kept, node) if self._doubt(node) else (node, beyond)
+            if doubt := self._doubt(node):
+                beyond, why = node, doubt
+            else:
+                kept = node
         half.rows[lost:] = [kept]
         half.events = [event for event in half.events if event.row < lost]
-        half.end = self.end(kept, f"the crisis ceases ({self._doubt(beyond)} beyond)")
+        half.end = self.end(kept, f"the crisis ceases ({why} beyond)")
 
     def _middle(self, a: CurvePoint, b: CurvePoint) -> CurvePoint:
         middle = 0.5 * (a.parameter + b.parameter)
