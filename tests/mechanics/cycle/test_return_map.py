@@ -350,3 +350,17 @@ def test_orbits_are_followed_across_the_turn_of_the_phase() -> None:
     assert np.ptp(curve.points[:, 0, 0]) > 0.0
     phases = curve.points[:, 0, 0]
     assert phases.min() < TURN < phases.max() or phases.min() < 0.0 < phases.max()
+
+
+def test_a_contact_that_acts_on_nothing_else_is_felt_by_its_friction() -> None:
+    """A drill string whose bit acts on nothing: its speed was taken for a turn of a free rotor."""
+    drill = ss.Structure.from_state_space(
+        A=[[0.0, 1.0, 0.0], [-0.2, -5.0, 0.0], [2.0, 0.0, 0.0]],
+        B=[[0.0], [0.0], [25.0]],
+        C=[[0.0, 0.0, 1.0]],
+        a=[0.0, 30.0, 0.0],
+        contacts=[ss.Contact(at=0, static=0.3, friction=ss.Coulomb(mu=0.5))],
+    )
+    f = ss.return_map(drill, direction="forward", domain=[(1.0, 15.0)])
+    assert f.coordinates == ("x_2",)
+    assert np.isnan(f([2.0])).all()  # x_1 goes to 150, and pulls the bit on for ever

@@ -238,7 +238,9 @@ class Plant:
     def turns(self) -> Floats:
         """Columns: changes of (y, w) that nothing feels, as a free rotor turned as a whole."""
         own = self.reduced.matrix[self.n_waves :, self.n_waves :]
-        return unfelt(own)
+        rubs = np.linalg.pinv(self.spread)  # velocities that friction feels; other w are none
+        ahead = own.shape[1] - rubs.shape[1]
+        return unfelt(np.concatenate([own, np.pad(rubs, ((0, 0), (ahead, 0)))]))
 
     def felt(self, change: Floats) -> Floats:
         """Leave out of changes of (y, w), shape (..., n), what nothing feels."""
