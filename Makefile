@@ -2,10 +2,11 @@
 # Every target makes the environment it needs from the lock files; nothing has to be activated.
 #
 #   make reproduce    the paper's figures and table of values in out/
-#   make test         the test suite, but for the tests of half a second and more
+#   make test         the tests, but for most of those of half a second and more
 #   make quick        a choice of it from every package, half a minute: for the inner loop
 #   make evidence     the large samples and long proofs, an hour or two
-#   make check        lint, types, the page, import contracts, budgets, then all tests: what CI runs
+#   make check        lint, types, the page, import contracts, budgets, then `make test`: what CI runs
+#   make test-all     the tests that take long, too: three quarters of an hour, before a release
 #   make docs         the documentation in docs/_build/html, from local files alone
 #   make packaging    wheel and sdist in empty environments, oldest and newest dependencies
 #   make benchmark    the timings, competitors included
@@ -27,8 +28,8 @@ COMPILE := $(PY) -m uv pip compile --quiet --universal --python-version 3.11 \
 unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test quick check docs benchmark evidence packaging wheel clean lint format types page contracts budgets \
-	test-kernels test-all lock env env-dev env-docs
+.PHONY: help reproduce test test-all quick check docs benchmark evidence packaging wheel clean lint format types page contracts budgets \
+	test-kernels lock env env-dev env-docs
 
 help:
 	@sed -n '/^#   make/s/^#   //p' Makefile
@@ -39,10 +40,14 @@ reproduce: $(STAMPS)/core
 	$(PY) -m stickslip.cli reproduce --out out
 
 # The kernels once as plain Python (real tracebacks, coverage; some seconds), then the tests that take
-# less than half a second, compiled. `$(MAKE)` one after the other, also under `make -j`: the summary comes last.
+# less than half a second or guard the front door, compiled. `$(MAKE)` one after the other, also under `make -j`: the summary comes last.
 test: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory test-kernels
 	$(TESTS) -m "not slow and not long"
+
+test-all: $(STAMPS)/dev
+	@$(MAKE) --no-print-directory test-kernels
+	$(TESTS) -m "not slow"
 
 # Files, not a marker: to collect all tests takes seven seconds and more in every worker.
 quick: $(STAMPS)/dev
@@ -54,8 +59,7 @@ check: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory page
 	@$(MAKE) --no-print-directory contracts
 	@$(MAKE) --no-print-directory budgets
-	@$(MAKE) --no-print-directory test-kernels
-	@$(MAKE) --no-print-directory test-all
+	@$(MAKE) --no-print-directory test
 
 # What takes too long for every change: tests marked slow, the others with many random examples, then
 # random systems against the oracles.
@@ -104,9 +108,6 @@ clean:
 
 test-kernels: $(STAMPS)/dev
 	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m "kernel and not slow" -q
-
-test-all: $(STAMPS)/dev
-	$(TESTS) -m "not slow"
 
 lint: $(STAMPS)/dev
 	$(PY) -m ruff format --check .

@@ -22,6 +22,11 @@ def test_every_test_of_the_list_exists():
 
 def test_a_report_of_durations_is_read():
     report = ["1.25s call     tests/a.py::test_b[3-x]", "0.10s call     tests/a.py::test_c"]
-    report += ["9.00s setup    tests/a.py::test_d", "", "===== 3 passed ====="]
+    report += [
+        "9.00s setup    tests/a.py::test_d",
+        "2.00s call     tests/house/test_readme.py::test_e",
+        "",
+        "===== 3 passed =====",
+    ]
     assert long_tests(report) == {"tests/a.py::test_b"}
     assert bare("tests/a.py::TestA::test_b[1.5]") == "tests/a.py::TestA::test_b"
