@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import reduce
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -78,6 +77,14 @@ def common(intervals: Floats, left: Floats, right: Floats) -> tuple[Floats, Floa
 
 def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, bool]:
     """Map a union of intervals, but for contacts below `slack`, and tell if part has no image."""
+    _, images, lost = _images(f, laps, intervals, slack)
+    return merged(images, slack), lost
+
+
+def _images(
+    f: Map1D, laps: Laps, intervals: Floats, slack: float
+) -> tuple[NDArray[np.intp], Floats, bool]:
+    """Images of the parts of intervals that laps cut, the interval of each, and as `image`."""
     # An end of a row for each part of an interval in a lap: the lower ones, then the upper ones.
     low, high = common(intervals, laps.left, laps.right)
     point = intervals[:, :1] == intervals[:, 1:]  # what a plateau leaves of an interval
@@ -93,8 +100,8 @@ def image(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats
     values.sort(axis=0)
     known = np.isfinite(values).all(axis=0)
     if not known.all():  # a hole that the search for branches did not see
-        lost, values = True, values[:, known]
-    return merged(values.T, slack), lost
+        lost, which, values = True, which[known], values[:, known]
+    return which, values.T, lost
 
 
 def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:
@@ -194,21 +201,26 @@ def _outside(known: Floats, intervals: Floats, slack: float) -> Floats:
 
 def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> tuple[int, int]:
     """Return the greatest common divisor of all ways from a band back to itself, and the least."""
-    steps, waiting, divisor, after = {0: 0}, [0], 0, dict[int, list[int]]()
+    which, images, _ = _images(f, laps, bands, slack)
+    low, high = common(images, *bands.T)
+    part, onto = (high - low > slack).nonzero()
+    after = np.zeros((len(bands),) * 2, dtype=np.float32)  # 1 from a band to those it meets
+    after[which[part], onto] = 1
+    steps, waiting, divisor = {0: 0}, [0], 0
     for k in waiting:
-        low, high = common(image(f, laps, bands[k : k + 1], slack)[0], *bands.T)
-        after[k] = np.flatnonzero(np.any(high - low > slack, axis=0)).tolist()
-        for j in after[k]:
+        for j in after[k].nonzero()[0].tolist():
             if j not in steps:
                 steps[j] = steps[k] + 1
                 waiting.append(j)
             divisor = math.gcd(divisor, steps[k] + 1 - steps[j])
-    ends = {k: 1 << k for k in after}  # of all ways of n maps, a bit for each band
-    for n in range(1, len(after) + 1):
-        ends = {k: reduce(int.__or__, (ends[j] for j in after[k]), 0) for k in after}
-        if any(ends[k] >> k & 1 for k in after):
-            return divisor, n
-    return 0, 0
+    if not divisor:
+        return 0, 0
+    # All ways back visit bands in turn: one of each turn's is enough to begin with.
+    start = [k for k in waiting if steps[k] % divisor == 0]
+    ways, n = after[start], 1
+    while not ways[range(len(start)), start].any():
+        ways, n = np.minimum(ways @ after, 1), n + 1
+    return divisor, n
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
