@@ -300,6 +300,9 @@ def test_masses_that_nothing_holds_have_no_cycle():
     )
     with pytest.raises(ValueError, match="nothing but friction acts on the masses"):
         ss.find_cycle(stack, [0.0, 0.0], [0.0, 3.0])
+    # A damper acts, but no position is felt: this was NumPy's error.
+    with pytest.raises(ValueError, match="no cycle was found from this state"):
+        ss.find_cycle(stack.replace(damping_2_2=0.1), [0.0, 0.0], [0.0, 3.0])
 
 
 def test_of_what_rests_on_the_ground_no_belt_is_told():

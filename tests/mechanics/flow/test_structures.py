@@ -179,3 +179,34 @@ def test_a_mass_that_no_spring_holds_slips_until_it_rides_on_the_belt() -> None:
     assert rides.kind == "stick"
     assert rides.time == pytest.approx(2.0, rel=1e-14)  # speed 0.5 at the rate 0.25
     assert motion.final_state.x[0] == pytest.approx(0.1 + 0.1 + 0.3 * 3.0, rel=1e-13)
+
+
+def running_away(law: ss.FrictionLaw) -> ss.Structure:
+    """2 x'' = 50 x, and friction."""
+    return ss.Structure(
+        mass=[2.0], stiffness=[[-50.0]], contacts=[ss.Contact(at=0, V=0.0, friction=law)]
+    )
+
+
+def test_a_motion_that_grows_without_bound_takes_no_smaller_steps_for_it() -> None:
+    """Steps that kept rounding absolute took 400 times as many up to 1e60, and had no end here."""
+    model = running_away(ss.Coulomb(mu=0.5))
+    motion = ss.simulate(model, [0.1], [0.0], t_end=60.0)
+    assert len(motion.events) == 0
+    at, rate = 0.01, 5.0  # where friction and spring would balance; it starts with ten times that
+    np.testing.assert_allclose(
+        motion.final_state.x, at + (0.1 - at) * np.cosh(rate * 60.0), rtol=1e-11
+    )
+    motion = ss.simulate(model, [0.1], [0.0], t_end=200.0)  # beyond 1e308 from 142 on
+    assert motion.status == ss.status.STEP_FAILED
+    assert 140.0 < motion.final_state.t < 142.0
+    assert np.isfinite(motion.final_state.x).all()
+    with pytest.raises(ValueError, match="grew beyond all numbers"):
+        ss.find_cycle(model, [0.1], [0.0])
+
+
+def test_a_law_without_a_value_ends_a_motion_there() -> None:
+    law = ss.friction_law("0.5 + 0.01*sqrt(12 - s)")
+    motion = ss.simulate(running_away(law), [0.1], [0.0], t_end=5.0)
+    assert motion.status == ss.status.LAW_FAILED
+    assert motion.final_state.v[0] == pytest.approx(12.0, rel=0.1)

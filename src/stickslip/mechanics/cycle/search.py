@@ -397,7 +397,7 @@ SMALLEST: Final = 1e-6  # of the states' sizes: smaller motions are steady slidi
 def slip_cycle(model: Model, state: State, *, rtol: float) -> Shot | None:
     """Cycle without events near a motion in which all blocks slip, if there is one."""
     # Newton's method starts from two successive maxima of a coordinate.
-    if model.plant.is_forced or (state.mode == 0).any():
+    if model.plant.is_forced or (state.mode == 0).any() or not len(coordinates(model.plant)):
         return None
     swings = _Swings(model, state, rtol)
     first = swings.next(state)

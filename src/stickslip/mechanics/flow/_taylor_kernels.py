@@ -95,7 +95,7 @@ def advance(
 ) -> tuple[float, int]:
     """Take one step, up to an event if one comes; return its length and a status."""
     expand(system, laws, motion, work)
-    h = min(cap, step_length(motion, work, rtol))
+    h = min(step_length(motion, work, rtol), cap)  # NaN stays
     if not h > 0.0:
         return 0.0, LAW_FAILED if math.isnan(h) else STEP_FAILED
     h = stay_on_pieces(laws, motion, work.w, work.signal, h)

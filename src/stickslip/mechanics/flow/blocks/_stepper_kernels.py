@@ -95,7 +95,7 @@ def advance(
     expand(system, laws, motion, work)
     h = min(cap, step_length(system, motion, work, rtol))
     if not h > 0.0:
-        return 0.0, LAW_FAILED if math.isnan(h) else STEP_FAILED
+        return 0.0, LAW_FAILED if has_no_law(laws, motion, work) else STEP_FAILED
     h = stay_on_pieces(system, laws, motion, work, h)
     if not h > 0.0:
         return 0.0, STEP_FAILED
@@ -213,6 +213,16 @@ def find_rates(system: BlockSystem, laws: Floats, motion: BlockMotion, rates: Fl
         for i in range(motion.mode.shape[0]):
             if slides(system, motion, i):
                 rates[i] = foot_rate(system, laws, motion, rates, i)
+
+
+@kernel
+def has_no_law(laws: Floats, motion: BlockMotion, work: BlockWork) -> bool:
+    """Whether a law has no value at the speed of its contact."""
+    for a in range(work.n_active[0]):
+        i = work.active[a]
+        if math.isfinite(motion.w[i]) and math.isnan(friction(laws, motion, i)):
+            return True
+    return False
 
 
 @kernel(inline=True)
@@ -382,23 +392,30 @@ def row_coefficient(system: BlockSystem, work: BlockWork, row: int, k: int) -> f
 
 @kernel(inline=True)
 def step_length(system: BlockSystem, motion: BlockMotion, work: BlockWork, rtol: float) -> float:
-    """Step after which the last two terms of every series are below `rtol` of its order."""
+    """Step after which the last two terms of every series are below `rtol` of its order.
+
+    Or below its rounding, where it has grown far beyond its order; 0 where a series has no value.
+    """
     # None is longer than `longest`: a polynomial that happens to end early says nothing beyond.
     n_free = motion.y.shape[0]
     if work.n_active[0] == 0 and work.n_active[1] == 0:
         return system.longest if COUPLED else straight_length(system, motion, work)
-    largest = 0.0
+    largest, rounding = 0.0, EPSILON / rtol
     for k in (ORDER - 1, ORDER):
         size = 0.0
         for a in range(work.n_active[0]):
             i = work.active[a]
-            size = max(size, abs(work.w[i, k]) / system.order[n_free + i])
-            if math.isnan(work.w[i, k]):
-                return math.nan
+            own = max(system.order[n_free + i], rounding * abs(work.w[i, 0]))
+            if not math.isfinite(work.w[i, k]):
+                return 0.0
+            size = max(size, abs(work.w[i, k]) / own)
         for a in range(work.n_active[1]):
             i = work.flowing[a]
             if moves(system, motion, i):  # else w bends y, and tells its size
-                size = max(size, abs(work.z[i, k]) / system.order[i])
+                own = max(system.order[i], rounding * abs(work.z[i, 0]))
+                if not math.isfinite(work.z[i, k]):
+                    return 0.0
+                size = max(size, abs(work.z[i, k]) / own)
         if COUPLED:  # forces that hold contacts follow from rates, which converge later
             for i in range(motion.mode.shape[0]):
                 if motion.mode[i] == 0:
