@@ -15,8 +15,7 @@ from stickslip.analysis.attractors.lyapunov import SAMPLES
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.exponents.blocking import REPEATS
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample
-from stickslip.analysis.orbits.bundles import padded
-from stickslip.analysis.orbits.newton import polish_on
+from stickslip.analysis.orbits.newton import padded, polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.zeros import halved

@@ -15,8 +15,7 @@ import numpy as np
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import KINDS
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.maps.protocol import MapND, domain_width, lengths, turned_near
-from stickslip.analysis.orbits.bundles import padded
-from stickslip.analysis.orbits.newton import polish_on, solve_orbits
+from stickslip.analysis.orbits.newton import padded, polish_on, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import lagrange_weights
 

@@ -197,7 +197,7 @@ class Collision:
     period: int
     border: Critical  # at a turning point the orbit is superstable
     side: int  # -1: c is approached from the left, 1: from the right
-    # where a symmetry makes several collisions one condition: the rest (`simultaneous`)
+    # where a symmetry makes several collisions one condition: the rest (`solve_together`)
     others: tuple[Meeting, ...] = ()
 
     def at(self, f: Map1D) -> Reading:

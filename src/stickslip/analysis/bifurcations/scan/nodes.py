@@ -19,8 +19,7 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.interpolation.interpolated import PROBES, interpolated_map
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
-from stickslip.analysis.orbits.bundles import OrbitBundle
-from stickslip.analysis.orbits.newton import solve_cyclic
+from stickslip.analysis.orbits.newton import OrbitBundle, solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
 if TYPE_CHECKING:
