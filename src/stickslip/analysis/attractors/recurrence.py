@@ -12,7 +12,6 @@ import numpy as np
 
 from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.attractors.lyapunov import SAMPLES
-from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.exponents.blocking import REPEATS
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample
 from stickslip.analysis.orbits.newton import padded, polish_on
@@ -83,9 +82,8 @@ def same_cycle(one: Floats, other: Floats, tolerance: float) -> bool:
     return bool((np.abs(np.sort(one) - np.sort(other)) <= tolerance).all())
 
 
-def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:
+def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable) -> PeriodicOrbit:
     """Turn a confirmed cycle into the public type, the smallest point first."""
-    table = branch_table(f) if table is None else table
     size = np.max(np.abs(cycle.points)) + domain_width(f)
     # A residual moves the points of a stable orbit by its sum over all further rounds.
     error = (cycle.residual + 4 * EPS * size) * cycle.period

@@ -17,7 +17,7 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import MapND, domain_size, sample, values_and_slopes
 from stickslip.analysis.orbits.diagonal import TOUCH, brackets_on_diagonal, forward_orbits
-from stickslip.analysis.orbits.newton import Polished, polish
+from stickslip.analysis.orbits.newton import ROUNDINGS, Polished, polish
 from stickslip.analysis.orbits.orbit import (
     JumpCrossing,
     NearFold,
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
-ROUNDING: Final = 4 * EPS  # of the scale: of one evaluation
 
 
 @overload
@@ -401,7 +400,7 @@ def _orbit(
     """Describe the orbit d, y, f(y), ..., with f of its last point d."""
     points = np.roll(path, 1)
     residual = np.abs(images - np.roll(points, -1)[1:])
-    error = _errors(slopes, residual, ROUNDING * domain_size(table.f))
+    error = _errors(slopes, residual, ROUNDINGS * EPS * domain_size(table.f))
     labels = table.labels_at(points)
     texts = [table.text(int(label)) for label in labels]
     texts[0] = f"{table.text(jump.left_label)} | {table.text(jump.right_label)}"

@@ -52,7 +52,6 @@ class BreakpointProblem(Problem):
             found = nearest.at(f)
         except ConditionLost as lost:
             raise ValueError(f"{name} = {value:.12g}: {lost}.") from lost
-        assert isinstance(found.critical, TrackedDiscontinuity)
         return Breakpoint(
             d=found.x,
             left=found.left,
@@ -60,8 +59,8 @@ class BreakpointProblem(Problem):
             left_slope=found.left_slope,
             right_slope=found.right_slope,
             kind=found.kind,  # type: ignore[arg-type]
-            left_label=found.critical.left_label or 0,
-            right_label=found.critical.right_label or 0,
+            left_label=found.label(-1),
+            right_label=found.label(1),
             interval=found.interval,
             system=f,
         )

@@ -19,8 +19,8 @@ from stickslip.analysis.bifurcations.curves.curves import (
     PlaneFollower,
     PlaneProblem,
     checked_plane,
+    other_parameter,
 )
-from stickslip.analysis.bifurcations.curves.curves import other_parameter as other_of
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     DIFFERENCE,
     MOVES,
@@ -394,7 +394,7 @@ class CriticalProblem(PlaneProblem):
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Bifurcation:
         """Start from a straight line between two rows."""
         assert self.system is not None
-        other = other_of(curve, name)
+        other = other_parameter(curve, name)
         kind: Any = curve.kind.removeprefix(KIND)
         follower = CriticalFollower(kind, Plane(self.system, name, other), value, value, CONTROL)
         columns = curve.points, curve.data["angle"], curve.parameters[other]
