@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
 APART: Final = 1e-9  # of the domain's width: closer bands are one; a stand-in knows no better
 ALONE: Final = 256  # images of an interval before they are joined
@@ -50,12 +50,12 @@ class Bands:
     sources: tuple[tuple[float, int, int], ...] = ()
     lowest_period: int = 0  # of an orbit in the bands: maps from one back to itself, at least
 
-    def contain(self, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+    def contain(self, x: Floats, slack: float = 0.0) -> Bools:
         """Tell which points lie in a band, with `slack` on both sides."""
         return inside(self.intervals, x, slack)
 
 
-def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> Bools:
     """Tell which points lie in one of the sorted disjoint intervals (k, 2)."""
     return np.asarray(interval_of(x, intervals[:, 0] - slack, intervals[:, 1] + slack) >= 0)
 

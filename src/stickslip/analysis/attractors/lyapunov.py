@@ -30,9 +30,9 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
+    from stickslip.analysis.maps.protocol import Bools, Floats, Map1D, Modelled
 
 CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: bounds the memory
 TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
@@ -225,7 +225,7 @@ def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
     return piece, slope
 
 
-def _held_by_rounding(values: Floats, slopes: Floats) -> NDArray[np.bool_]:
+def _held_by_rounding(values: Floats, slopes: Floats) -> Bools:
     """Tell which orbits end on a cycle that repels."""
     stuck = np.zeros(len(values), dtype=np.bool_)
     recent = values[:, -1 - LONGEST_COLLAPSE : -1]

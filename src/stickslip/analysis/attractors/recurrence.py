@@ -22,10 +22,8 @@ from stickslip.numerics.zeros import halved
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels, Map1D
 
 SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period ...
 RECURRING: Final = 0.02  # ... and so close on a slow approach, which has as much of its way left
@@ -211,7 +209,7 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
     low, high = f.domain
     scale = ROUNDING * period * (high - low)
 
-    def stay(x: Floats) -> NDArray[np.bool_]:
+    def stay(x: Floats) -> Bools:
         orbits = advance(f, x, period)
         same = (sample(f, orbits[:, :-1]).label == word).all(axis=1)
         return np.asarray(same & (np.abs(orbits[:, -1] - x) <= scale))

@@ -17,11 +17,9 @@ from stickslip.numerics.arrays import Columns
 from stickslip.results.result import Result
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.along.tracked import NearDiscontinuity
     from stickslip.analysis.branches.mesh import Mesh, Nodes
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
     # What limits are taken from: a map that can be evaluated, and its scales.
     Prober: TypeAlias = Mesh | NearDiscontinuity
@@ -100,7 +98,7 @@ def _limits_from(mesh: Prober, ends: Nodes, inward: Floats, h: Floats) -> tuple[
     return Limits(value, slope), off
 
 
-def _diverges(mesh: Prober, slopes: Floats) -> NDArray[np.bool_]:
+def _diverges(mesh: Prober, slopes: Floats) -> Bools:
     """Tell where the slope grows without bound, like the derivative of a root."""
     close, near, far, _ = np.abs(slopes)
     steepens = (near > STEEPENS * far) & (close > STEEPENS**3 * near)

@@ -37,12 +37,12 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
     from stickslip.analysis.diagrams.orbit_curves import SampledOrbit
-    from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, MapFamily, Modelled
 
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
@@ -228,11 +228,11 @@ class _Chunk:
     maps: list[Any]
     values: Floats
     critical: list[Floats] | None  # points of each map; None: no attractors are looked for
-    near_lists: NDArray[np.bool_]  # where an attractor may be new: next to lists, at the first
+    near_lists: Bools  # where an attractor may be new: next to lists, at the first
 
 
 def _chunks(
-    maps: list[Any], values: Floats, critical: list[Floats] | None, near_lists: NDArray[np.intp]
+    maps: list[Any], values: Floats, critical: list[Floats] | None, near_lists: Indices
 ) -> Iterator[_Chunk]:
     """Cut a diagram into stretches: half as many values each as there are of them."""
     n, looks = len(values), np.zeros(len(values) + 1, dtype=np.bool_)

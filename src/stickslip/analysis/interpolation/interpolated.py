@@ -31,13 +31,11 @@ from stickslip.numerics.arrays import interval_of
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Integers, Labels, Map1D
 
-    Bools = NDArray[np.bool_]
-    Integers = NDArray[np.int64]
 
 FIT: Final = 1e-9  # of the range of values: cells are halved until their polynomials err less
 HALVES: Final = 4.0  # factor by which halving a cell reduces its error at least (16 if smooth)
@@ -220,7 +218,7 @@ class _Construction:
     def _wide(self) -> Bools:
         return np.asarray(self.cells.x1 - self.cells.x0 > NARROW * self.table.resolution)
 
-    def _halve(self, k: NDArray[np.intp]) -> None:
+    def _halve(self, k: Indices) -> None:
         """Compare cells with the true map in their middles and cut them there."""
         cells = self.cells.take(k)
         x = 0.5 * (cells.x0 + cells.x1)
@@ -251,7 +249,7 @@ class _Construction:
         self.label = np.concatenate([self.label[keep], own, own])[order]
 
     def _better_kind(
-        self, k: NDArray[np.intp], cells: Cells, x: Floats, value: Floats, slope: Floats
+        self, k: Indices, cells: Cells, x: Floats, value: Floats, slope: Floats
     ) -> tuple[Integers, Floats, Floats]:
         """Choose the kinds that predict the middles best; return also their errors and cubics'."""
         best = self.kind[k].copy()
@@ -292,7 +290,7 @@ class _Construction:
         return max(off, float(np.max(self.error[wide])))
 
 
-def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
+def _predicted_errors(cells: Cells, lap: Indices) -> Floats:
     """Errors of cubics: two cells predict the node between them; unknown at the ends of laps."""
     first, last = cells.take(np.arange(len(lap) - 1)), cells.take(np.arange(1, len(lap)))
     both = Cells(first.x0, last.x1, first.v0, last.v1, first.s0, last.s1)

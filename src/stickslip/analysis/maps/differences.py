@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Bools, Floats
 
-    Usable: TypeAlias = Callable[[Floats, Floats], NDArray[np.bool_]] | None
+    Usable: TypeAlias = Callable[[Floats, Floats], Bools] | None
 
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
@@ -69,14 +69,14 @@ def unlike(
     scale: float,
     slope: Floats,
     usable: Usable = None,
-) -> NDArray[np.bool_]:
+) -> Bools:
     """Tell where a slope that was given is not that of the values: no difference comes near."""
     differences = np.concatenate(_rises(func, x, scale, usable, N_STEPS)[2])
     known = np.isfinite(differences).any(axis=0)
     return np.asarray(known & ~are_near(slope, differences).any(axis=0))
 
 
-def are_near(slope: Floats, differences: Floats) -> NDArray[np.bool_]:
+def are_near(slope: Floats, differences: Floats) -> Bools:
     """Tell where differences are those of a slope that was given."""
     with np.errstate(invalid="ignore"):
         return np.asarray(np.abs(differences - slope) <= LIKE * (1 + np.abs(differences)))
@@ -94,9 +94,7 @@ def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -
     return slope
 
 
-def unlike_parameter(
-    func: Callable[[Floats], Floats], now: float, slope: Floats
-) -> NDArray[np.bool_]:
+def unlike_parameter(func: Callable[[Floats], Floats], now: float, slope: Floats) -> Bools:
     """Tell where a slope in a parameter is not that of the values, in steps of 1 or of its size."""
     start, step = np.full(slope.shape, now), PARAMETER_STEP / FIRST_STEP
     wrong = [unlike(func, start, step * scale, slope) for scale in (1.0, abs(now) or 1.0)]
@@ -141,7 +139,7 @@ def _neighbours(
     return steps[:, None], func(x), values[0::2], values[1::2]
 
 
-def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:
+def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> Bools:
     """Tell where the slopes to either side approach each other: a symmetric cusp has slopes ±s."""
     with np.errstate(invalid="ignore"):
         split = np.abs(ahead - behind)

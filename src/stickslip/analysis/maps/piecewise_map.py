@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Self
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels
     from stickslip.checks import Many
 
 Breakpoints: TypeAlias = Sequence[float | str] | Callable[..., Sequence[float]]
@@ -328,7 +328,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
             return np.full(x.shape, np.nan)
         return np.abs(x[:, None] - self._breakpoints).min(axis=1)
 
-    def _same_branch(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    def _same_branch(self, x: Floats, y: Floats) -> Bools:
         inside = (y >= self._domain[0]) & (y <= self._domain[1])
         return inside & (self._labels(x) == self._labels(y))
 
@@ -431,7 +431,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         role: str,
         slope: Floats,
         x: Floats,
-        wrong: NDArray[np.bool_],
+        wrong: Bools,
         known: Callable[[Floats], Floats],
     ) -> None:
         if not wrong.any():

@@ -27,6 +27,9 @@ from stickslip.results.table import numbered
 from stickslip.status import OK
 
 Floats: TypeAlias = NDArray[np.float64]
+Bools: TypeAlias = NDArray[np.bool_]
+Indices: TypeAlias = NDArray[np.intp]
+Integers: TypeAlias = NDArray[np.int64]
 Labels: TypeAlias = NDArray[np.uint64]
 Codes: TypeAlias = NDArray[np.integer[Any]]
 
@@ -156,7 +159,7 @@ class MapND(Protocol):
     def dimension(self) -> int:
         """The n."""
 
-    def contains(self, x: ArrayLike, /) -> NDArray[np.bool_]:
+    def contains(self, x: ArrayLike, /) -> Bools:
         """Tell which points are in the domain, shape (...); False for NaN."""
 
     def spread(self, count: int, /) -> Floats:
@@ -178,10 +181,10 @@ class PointValues(Result):
     value: Floats
     derivative: Floats
     label: Labels
-    status: NDArray[np.int64]
+    status: Integers
     margin: Floats
     # Of each motion, if the map is one of motions.
-    n_events: NDArray[np.int64] = field(default_factory=lambda: np.zeros((), np.int64))
+    n_events: Integers = field(default_factory=lambda: np.zeros((), np.int64))
     _drawn: ClassVar = ("point", "value")
 
     def _columns(self) -> dict[str, Any]:
@@ -194,7 +197,7 @@ class PointValues(Result):
         }
 
 
-def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, Bools]:
     """Return points, moved to the nearest end of the domain, and which lie inside, by a few ulp."""
     lo, hi = domain
     inside = (x >= lo) & (x <= hi)
@@ -322,7 +325,7 @@ def length(width: Any) -> Any:
     return np.exp2(10.0 * np.round(np.log2(width) / 10.0))
 
 
-def is_ok(values: MapValues) -> NDArray[np.bool_]:
+def is_ok(values: MapValues) -> Bools:
     """Return where a map has a value, so that slopes and labels there mean something."""
     return np.asarray(values.status) == OK
 

@@ -17,13 +17,10 @@ from stickslip.numerics.arrays import EPS, Columns
 from stickslip.numerics.zeros import MAX_STEPS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.branches.laps import Indices, Laps
+    from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.pieces import Pieces
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices
 
-    Bools = NDArray[np.bool_]
 
 TOUCH: Final = 16 * EPS  # of the scale: f^p(x) - x this small may be 0
 FLAT: Final = 1e-13  # of the scale: where all of g is smaller nothing can be told

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Labels, MapND
+    from stickslip.analysis.maps.protocol import Floats, Indices, Labels, MapND
     from stickslip.analysis.orbits.newton import Solutions
 
 N_STARTS: Final = 256
@@ -330,7 +330,7 @@ class _Pool:
         walks = self._walks(starts[count // ORBITS :], p)
         return np.concatenate([np.stack(orbits, axis=1), self.points[walks]])
 
-    def _walks(self, at: NDArray[np.intp], p: int) -> NDArray[np.intp]:
+    def _walks(self, at: Indices, p: int) -> Indices:
         """Pseudo-orbits (m, p): from a point to one of the r nearest to its image.
 
         With small r they shadow orbits; with all they are random sequences, which find the orbits

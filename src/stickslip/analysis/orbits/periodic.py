@@ -36,11 +36,19 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.branches.laps import Indices, Laps
+    from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.pieces import Pieces
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapValues, Modelled
-    from stickslip.analysis.orbits.diagonal import Bools, Brackets
+    from stickslip.analysis.maps.protocol import (
+        Bools,
+        Floats,
+        Indices,
+        Labels,
+        Map1D,
+        MapValues,
+        Modelled,
+    )
+    from stickslip.analysis.orbits.diagonal import Brackets
 
 SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there

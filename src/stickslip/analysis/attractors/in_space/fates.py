@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.attractors.attractor import AttractorListND
-    from stickslip.analysis.maps.protocol import Floats, MapND
+    from stickslip.analysis.maps.protocol import Floats, Integers, MapND
 
-    Integers = NDArray[np.int64]
     Labels = NDArray[np.int16]
 
 HITS: Final = 10  # steps in a row in an attractor's cells, at first: the orbit has come to it

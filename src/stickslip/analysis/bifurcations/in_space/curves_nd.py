@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.continuation.follower import Half, Test
     from stickslip.analysis.continuation.orbit_equations import Linearized
-    from stickslip.analysis.maps.protocol import FamilyND, Floats, Labels
+    from stickslip.analysis.maps.protocol import Bools, FamilyND, Floats, Labels
     from stickslip.analysis.work import Work
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
@@ -281,7 +281,7 @@ class BorderEquations(PlaneOrbit):
             low, high = trial[rows, k], trial[rows, k + 1]
         return np.asarray(0.5 * (low + high))
 
-    def _inside(self, f: FamilyND, x: Floats, shares: Floats) -> NDArray[np.bool_]:
+    def _inside(self, f: FamilyND, x: Floats, shares: Floats) -> Bools:
         """Tell which points x + share way, (m, k), are on the orbit's own piece."""
         got = sample(f, x[:, None, :] + shares[..., None] * self.way)
         own = np.isin(got.label, np.array(sorted(self.pieces[self.index]), dtype=np.uint64))

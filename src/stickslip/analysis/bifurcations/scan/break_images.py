@@ -28,13 +28,11 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Iterator, Set
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
+    from stickslip.analysis.maps.protocol import Floats, Indices, MapFamily
 
 
 # Class of the branch that ends there, which of its ends on that side, side of the break.
@@ -85,7 +83,7 @@ def starts_of_branches(table: BranchTable, classes: SymbolClasses) -> Starts:
     return found
 
 
-def same_places(one: Floats, other: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def same_places(one: Floats, other: Floats) -> tuple[Indices, Indices]:
     """Pair ascending places: in order, or those nearest to each other where some were born."""
     first = np.arange(len(one))
     if len(one) == len(other):

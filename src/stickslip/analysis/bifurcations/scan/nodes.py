@@ -23,11 +23,9 @@ from stickslip.analysis.orbits.newton import OrbitBundle, solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels, Map1D, MapFamily
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 
 ON_BREAK: Final = 1e-13  # of the domain: a point, or an image, so close to a break is on it
@@ -152,7 +150,7 @@ class Node:
         return np.where(self.bundle.used, counts, 0).astype(np.uint64)
 
     @cached_property
-    def on_corner(self) -> NDArray[np.bool_]:
+    def on_corner(self) -> Bools:
         """Which points lie on a corner, padded as the bundle is: there a label is an accident."""
         corners = np.array([item.d for item in self.table.breakpoints if item.kind == "corner"])
         with np.errstate(invalid="ignore"):

@@ -24,12 +24,10 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats, Labels
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Labels
     from stickslip.numerics.continuation import CurvePoint
 
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
@@ -97,9 +95,7 @@ def join(left: Node, right: Node, family: Family, classes: SymbolClasses) -> Spa
     return Span(left, right, pieces, loose_left, loose_right)
 
 
-def _candidates(
-    left: Node, right: Node, classes: SymbolClasses
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _candidates(left: Node, right: Node, classes: SymbolClasses) -> tuple[Indices, Indices]:
     """Pairs of orbits of one word that foretell each other best, by both velocities."""
     half = 0.5 * (right.q - left.q)
     telling = left.telling and right.telling
@@ -123,7 +119,7 @@ def _candidates(
     return np.array(rows, dtype=np.intp), np.array(columns, dtype=np.intp)
 
 
-def _names(node: Node, classes: SymbolClasses, *, telling: bool) -> NDArray[np.uint64]:
+def _names(node: Node, classes: SymbolClasses, *, telling: bool) -> Labels:
     """Name the branches of all points, none on a corner; by order where labels do not tell."""
     names = classes.of(node.bundle.labels) if telling else node.segments
     return np.where(node.on_corner, ON_CORNER, names)
@@ -132,11 +128,11 @@ def _names(node: Node, classes: SymbolClasses, *, telling: bool) -> NDArray[np.u
 def _proved(
     left: Node,
     right: Node,
-    rows: NDArray[np.intp],
-    columns: NDArray[np.intp],
+    rows: Indices,
+    columns: Indices,
     family: Family,
     classes: SymbolClasses,
-) -> tuple[NDArray[np.bool_], list[Piece]]:
+) -> tuple[Bools, list[Piece]]:
     """Look in the middle, and keep the pairs that are found where the cubic foretells them."""
     q = 0.5 * (left.q + right.q)
     f = family.at(q)
