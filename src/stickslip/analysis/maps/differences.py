@@ -64,11 +64,7 @@ def extrapolated_difference(
 
 
 def unlike(
-    func: Callable[[Floats], Floats],
-    x: Floats,
-    scale: float,
-    slope: Floats,
-    usable: Usable = None,
+    func: Callable[[Floats], Floats], x: Floats, scale: float, slope: Floats, usable: Usable = None
 ) -> Bools:
     """Tell where a slope that was given is not that of the values: no difference comes near."""
     differences = np.concatenate(_rises(func, x, scale, usable, N_STEPS)[2])
@@ -102,11 +98,7 @@ def unlike_parameter(func: Callable[[Floats], Floats], now: float, slope: Floats
 
 
 def extrapolated_second_difference(
-    func: Callable[[Floats], Floats],
-    x: Floats,
-    scale: float,
-    usable: Usable,
-    n_steps: int,
+    func: Callable[[Floats], Floats], x: Floats, scale: float, usable: Usable, n_steps: int
 ) -> tuple[Floats, Floats]:
     """Differentiate twice, as `extrapolated_difference` once; both neighbours must be usable."""
     h, centre, forward, backward = _neighbours(func, x, scale, usable, n_steps)

@@ -427,12 +427,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
             self._refuse(role, slope, x, wrong, partial(self._parameter_differences, name=name))
 
     def _refuse(
-        self,
-        role: str,
-        slope: Floats,
-        x: Floats,
-        wrong: Bools,
-        known: Callable[[Floats], Floats],
+        self, role: str, slope: Floats, x: Floats, wrong: Bools, known: Callable[[Floats], Floats]
     ) -> None:
         if not wrong.any():
             return

@@ -15,11 +15,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.crisis.comparison import (
-    KINDS,
-    kind_of_change,
-    parameter_point,
-)
+from stickslip.analysis.bifurcations.crisis.comparison import KINDS, kind_of_change, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import NUDGES, TOUCHING
 from stickslip.analysis.bifurcations.curves.curve_events import Event, break_beside, map_at, meeting
 from stickslip.analysis.bifurcations.curves.plane_equations import (

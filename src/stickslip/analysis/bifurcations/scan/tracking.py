@@ -126,12 +126,7 @@ def _names(node: Node, classes: SymbolClasses, *, telling: bool) -> Labels:
 
 
 def _proved(
-    left: Node,
-    right: Node,
-    rows: Indices,
-    columns: Indices,
-    family: Family,
-    classes: SymbolClasses,
+    left: Node, right: Node, rows: Indices, columns: Indices, family: Family, classes: SymbolClasses
 ) -> tuple[Bools, list[Piece]]:
     """Look in the middle, and keep the pairs that are found where the cubic foretells them."""
     q = 0.5 * (left.q + right.q)
