@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, get_args
 
-from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint, Kind
+from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
 from stickslip.analysis.maps.protocol import explanation
@@ -36,7 +36,7 @@ class BreakpointList(ResultList[Breakpoint]):
     items: tuple[Breakpoint, ...]
     resolution: float
     unresolved: tuple[Unresolved, ...]
-    _column_names: ClassVar = BREAKPOINT_COLUMNS
+    _column_names: ClassVar = Breakpoint._column_names
     _drawn: ClassVar = ("d", "left", "right")
 
     def of_kind(self, *kinds: Kind) -> tuple[Breakpoint, ...]:

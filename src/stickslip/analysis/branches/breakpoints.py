@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import BEND, STEP
 from stickslip.analysis.branches.mesh import finest
 from stickslip.numerics.arrays import Columns
-from stickslip.results.result import Result
+from stickslip.results.result import ResultRow
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import NearDiscontinuity
@@ -120,14 +120,8 @@ def _root_value(values: Floats, slopes: Floats, h: Floats) -> Floats:
     return np.where(exponent > 0, (4 * first - second) / 3, np.nan)
 
 
-BREAKPOINT_COLUMNS: Final = (
-    *("d", "left", "right", "left_slope", "right_slope", "kind", "mechanism", "block"),
-    *("quality", "residual"),
-)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Breakpoint(Result):
+class Breakpoint(ResultRow):
     """End of a branch.
 
     Attributes
@@ -169,6 +163,10 @@ class Breakpoint(Result):
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
     system: Map1D | None = field(default=None, repr=False, compare=False)
+    _column_names: ClassVar = (
+        *("d", "left", "right", "left_slope", "right_slope", "kind", "mechanism", "block"),
+        *("quality", "residual"),
+    )
     _drawn: ClassVar = ("d", "left", "right")
     _has_picture: ClassVar = False
 
@@ -181,9 +179,6 @@ class Breakpoint(Result):
     def jump(self) -> float:
         """Step of the value from left to right."""
         return self.right - self.left
-
-    def _columns(self) -> dict[str, Any]:
-        return {name: [getattr(self, name)] for name in BREAKPOINT_COLUMNS}
 
 
 def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Kind]:

@@ -33,7 +33,7 @@ from stickslip.analysis.maps.protocol import (
 from stickslip.checks import finite_number
 from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.processes import travels
-from stickslip.results.result import Result, ResultList
+from stickslip.results.result import ResultList, ResultRow
 from stickslip.results.table import SHOWN, more
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Branch(Result):
+class Branch(ResultRow):
     """Maximal interval of one label.
 
     Attributes
@@ -76,9 +76,6 @@ class Branch(Result):
     _column_names: ClassVar = ("left", "right", "value_left", "value_right", "label")
     _plot: ClassVar = "columns.draw_branch"
     _has_picture: ClassVar = False
-
-    def _columns(self) -> dict[str, Any]:
-        return {name: [getattr(self, name)] for name in self._column_names}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

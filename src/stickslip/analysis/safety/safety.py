@@ -36,7 +36,7 @@ from stickslip.checks import (
 )
 from stickslip.numerics.waiting import waits
 from stickslip.results.parts import part
-from stickslip.results.result import Result, ResultList
+from stickslip.results.result import ResultList, ResultRow
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Settling(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Safety(Result):
+class Safety(ResultRow):
     """How safe an attractor is.
 
     Attributes
@@ -154,10 +154,10 @@ class Safety(Result):
             )
         return "\n".join(lines)
 
-    def _columns(self) -> dict[str, Any]:
+    def _facts(self) -> tuple[Any, ...]:
         near, blow, out = self.displacement, self.impulse, self.escape
         nothing = Estimate(math.nan, math.nan)
-        row = (
+        return (
             *(self.value, self.attractor.kind, self.attractor.period, *self.share),
             *(near.size, near.error, near.into, near.tested),
             *((blow.by, blow.error, blow.block) if blow else (math.nan, math.nan, 0)),
@@ -166,7 +166,6 @@ class Safety(Result):
             *(out.mean if out else nothing),
             *(out.escaped if out else nothing),
         )
-        return {name: [fact] for name, fact in zip(self._column_names, row, strict=True)}
 
 
 def _said(settling: Settling, share: float) -> str:
