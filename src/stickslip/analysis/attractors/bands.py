@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
 from stickslip.numerics.arrays import interval_of
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
-APART: Final = 1e-9  # of the domain's width: closer bands are one; a stand-in knows no better
+APART: Final = RESOLUTION  # of the domain's width: closer bands are one; no table knows better
 ALONE: Final = 256  # images of an interval before they are joined
 STAYS: Final = 64  # maps of the whole before another interval is tried
 MAX_STEPS: Final = 2000  # from then on

@@ -14,7 +14,7 @@ from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED
 from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
 from stickslip.analysis.branches.pieces import runs
-from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
+from stickslip.analysis.maps.protocol import EXACT, SAME, advance, domain_width, values_and_slopes
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Integers, Map1D
 
 
-EXACT: Final = 1e-13  # of the domain's width: edges closer than this are one
 GROWTHS: Final = 16  # radii that a trap is widened to, each half of the one before
 MAX_STEPS: Final = 256  # on the way into a trap
 MAX_ORDER: Final = 64  # preimages that are recognised

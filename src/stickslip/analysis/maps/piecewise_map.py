@@ -19,7 +19,7 @@ from stickslip.analysis.maps.differences import (
     unlike,
     unlike_parameter,
 )
-from stickslip.analysis.maps.formulas import VARIABLE, Formulas, formulas_of
+from stickslip.analysis.maps.formulas import VARIABLE, Formulas, Slope, formulas_of
 from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points
 from stickslip.analysis.maps.user_function import (
     Function,
@@ -133,8 +133,8 @@ class PiecewiseMap(UserMap, EvaluatedMap):
                 if given is not None:
                     raise ValueError(f"{role} goes with a callable: formulas bring their own.")
             function = formulas_of(func, breakpoints, self._parameters)
-            ends, derivative = function.edges, function.slope(VARIABLE)
-            parameter_derivative = {name: function.slope(name) for name in self._parameters}
+            ends, derivative = function.edges, Slope(function, VARIABLE)
+            parameter_derivative = {name: Slope(function, name) for name in self._parameters}
         self._func: Function = function
         self._given_derivative = derivative
         self._given_parameter_derivative = parameter_derivative

@@ -40,6 +40,7 @@ UNDEFINED: Final = -1  # the map's function returned NaN there: a gap
 OUTSIDE: Final = -2  # the argument is NaN or outside the domain: an orbit that has left
 
 SAME: Final = 1e-12  # of a domain's width: positions so close agree, but for rounding
+EXACT: Final = 1e-13  # ... and those of one orbit or break that was solved for agree so well
 REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked many questions
 DOMAIN_SLACK_ULP: Final = 4  # an argument this far outside the domain counts as its end
 

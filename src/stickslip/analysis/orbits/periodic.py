@@ -15,7 +15,7 @@ from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
-from stickslip.analysis.maps.protocol import MapND, domain_size, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import EXACT, MapND, domain_size, sample, values_and_slopes
 from stickslip.analysis.orbits.diagonal import TOUCH, brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import ROUNDINGS, Polished, polish
 from stickslip.analysis.orbits.orbit import (
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     )
     from stickslip.analysis.orbits.diagonal import Brackets
 
-SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
 BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
 
@@ -224,7 +223,7 @@ class _Search:
         self.near_folds += near_folds
         brackets, found = self._solved(brackets)
         error = np.where(np.isfinite(found.error), found.error, 0.0)
-        minimal = ~found.repeats(4 * error + SAME * self.scale)
+        minimal = ~found.repeats(4 * error + EXACT * self.scale)
         brackets, found = brackets.take(minimal), found.take(minimal)
         for k in self._distinct(found):
             if not self._is_on_border(brackets.word[k], found.points[k]):
@@ -279,7 +278,7 @@ class _Search:
 
     def _polished(self, brackets: Brackets, points: Floats) -> Polished:
         lap = brackets.word.ravel()
-        slack = SAME * self.scale
+        slack = EXACT * self.scale
         lo, hi = self.table.f.domain
         lower = np.maximum(np.minimum(brackets.left, brackets.right)[:, :-1] - slack, lo)
         upper = np.minimum(np.maximum(brackets.left, brackets.right)[:, :-1] + slack, hi)
@@ -311,7 +310,7 @@ class _Search:
         order = np.argsort(points[:, 0], kind="stable")
         kept: list[int] = []
         for k in order:
-            slack = 2 * (error[k] if np.isfinite(error[k]) else 0.0) + SAME * self.scale
+            slack = 2 * (error[k] if np.isfinite(error[k]) else 0.0) + EXACT * self.scale
             for j in reversed(kept):
                 if points[k, 0] - points[j, 0] > slack:
                     kept.append(int(k))

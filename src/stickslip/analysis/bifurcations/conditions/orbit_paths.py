@@ -24,7 +24,7 @@ Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 STEP: Final = 1e-7  # of the domain: derivatives are differences over it, Taylor's formula holds
 FINEST: Final = 1e-11  # of the domain: ... or at least this far, where that is needed
 SLOW: Final = 0.1  # reduction of the error by one step that tells of a good second derivative
-SHARP: Final = 1e-15  # of the domain: what a last step may still add to f^p(x) - x
+SHARP: Final = 1e-15  # of the domain: a step so short, or what one adds to f^p(x) - x, is rounding
 FARTHEST: Final = 0.02  # of the domain: longest step of Newton's method
 
 

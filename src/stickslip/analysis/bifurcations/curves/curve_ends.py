@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
 LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
-LOOK_ON: Final = (4e-6, 8e-6, 12e-6)  # ... and beyond
+LOOK_ON: Final = tuple(-length for length in LOOK_BACK)  # ... and beyond
 BELIEVED: Final = 1e-7  # scaled: how far that may move the end
 HIDDEN: Final = "hidden"
 NOTHING: Final = "nothing"

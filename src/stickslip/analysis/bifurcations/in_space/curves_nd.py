@@ -56,7 +56,7 @@ JUST_INSIDE: Final = 1e-9  # of the domain: where a map is read at its border
 SHARES: Final = np.geomspace(1e-12, 0.1, 12)  # of the domain: ways to a border that are tried
 PARTS: Final = 4  # of a bracket of a border, at once: maps may be expensive
 ROUNDS: Final = 26  # ... down to rounding
-ROUGHLY: Final = 13  # ... for differences, on which only Newton's steps depend
+ROUGHLY: Final = ROUNDS // 2  # ... for differences, on which only Newton's steps depend
 RESONANCES: Final = {
     "resonance 1:1": 0.0,
     "resonance 1:2": np.pi,
@@ -177,7 +177,7 @@ class CriticalEquations(PlaneOrbit):
             yield "fold-flip", follower.off_flip
         else:
             yield "resonance 1:2", lambda point: point.note.others(-1.0)
-            yield "fold-flip", off_fold
+            yield "fold-flip", follower.off_fold
 
     def _bordered(self, cyclic: NDArray[Any]) -> tuple[Any, NDArray[Any], NDArray[Any]]:
         """Find the corner of a bordered inverse, and what are null vectors where it is zero."""
@@ -256,7 +256,7 @@ class BorderEquations(PlaneOrbit):
 
     def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
         """Yield where the colliding orbit also folds, flips or turns."""
-        yield "multiplier 1", off_fold
+        yield "multiplier 1", follower.off_fold
         yield "multiplier -1", follower.off_flip
 
     def _distance(self, f: FamilyND, x: Floats, rounds: int = ROUGHLY) -> Floats:
@@ -305,11 +305,6 @@ class BorderEquations(PlaneOrbit):
 
 def _off_angle(angle: float, point: CurvePoint) -> float:
     return float(point.note.angle - angle)
-
-
-def off_fold(point: CurvePoint) -> float:
-    """det(M - 1), zero where a multiplier is 1."""
-    return float(np.prod(point.note.multipliers - 1.0).real)
 
 
 class CriticalFollower(PlaneFollower):

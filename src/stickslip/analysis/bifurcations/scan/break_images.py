@@ -17,12 +17,11 @@ import numpy as np
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.scan.events import Suspect
-from stickslip.analysis.bifurcations.scan.nodes import ON_BREAK
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.mesh import finest
 from stickslip.analysis.branches.pieces import returning
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.maps.protocol import EXACT, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -211,7 +210,7 @@ class _Search:
         while same < min(len(one), len(other)) and one[same] == other[same]:
             same += 1
         lo, hi = self.family.f.domain
-        zero, found = ON_BREAK * (hi - lo), list[Suspect]()
+        zero, found = EXACT * (hi - lo), list[Suspect]()
         for k in range(min(same + 1, len(a.off), len(b.off))):
             if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
                 nearest = min(a, b, key=lambda one: abs(one.off[k]))
