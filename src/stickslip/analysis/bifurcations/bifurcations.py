@@ -29,17 +29,17 @@ from stickslip.analysis.bifurcations.bifurcation import (
 from stickslip.analysis.bifurcations.cascades import cascades, with_double
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
-from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
+from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisEvent, CrisisSearch, Sides
 from stickslip.analysis.bifurcations.explain import explained, with_attractors
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_orbits
 from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
-from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of, not_for
-from stickslip.analysis.maps.protocol import FamilyND, explanation
+from stickslip.analysis.maps.protocol import FamilyND, Floats, MapFamily, Modelled, explanation
 from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
@@ -52,10 +52,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.bifurcation import Cascade
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
-    from stickslip.analysis.bifurcations.crisis.crises import CrisisEvent
-    from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")

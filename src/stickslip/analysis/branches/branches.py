@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, get_args
 
 from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.maps.arguments import line_map
-from stickslip.analysis.maps.protocol import explanation
+from stickslip.analysis.maps.protocol import Map1D, Modelled, explanation
 from stickslip.checks import one_of
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
@@ -17,8 +17,6 @@ from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Unresolved
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Map1D, Modelled
 
 
 @dataclass(frozen=True, eq=False, repr=False)

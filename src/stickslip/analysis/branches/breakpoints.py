@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import BEND, STEP
-from stickslip.analysis.branches.mesh import finest
+from stickslip.analysis.branches.mesh import Mesh, Nodes, finest
 from stickslip.numerics.arrays import Columns
 from stickslip.results.result import ResultRow
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import NearDiscontinuity
-    from stickslip.analysis.branches.mesh import Mesh, Nodes
     from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
     # What limits are taken from: a map that can be evaluated, and its scales.

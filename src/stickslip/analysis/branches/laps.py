@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import values_and_slopes
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D, values_and_slopes
 from stickslip.numerics.arrays import EPS, Columns, interval_of
 from stickslip.numerics.zeros import MAX_STEPS, slope_zeros
 from stickslip.results.parts import part
@@ -16,7 +16,6 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Limits
     from stickslip.analysis.branches.mesh import Mesh, Nodes
-    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D
 
 
 LO: Final = -1  # number of the end of a lap that is the left end of the domain

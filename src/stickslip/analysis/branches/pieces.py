@@ -12,14 +12,13 @@ import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Limits
 from stickslip.analysis.branches.mesh import RESOLUTION
-from stickslip.analysis.maps.protocol import domain_size
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, domain_size
 from stickslip.numerics.arrays import EPS, Columns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.maps.protocol import Bools, Floats, Indices
 
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
 MOST_LAPS: Final = 2048  # of a map, for which a table is made of what leads where

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 import numpy as np
 
-from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_inside
+from stickslip.analysis.branches.breakpoints import Breakpoint, Kind, kind_of, limits_inside
 from stickslip.analysis.branches.discontinuities import ACCUMULATE, Unresolved, find_discontinuities
-from stickslip.analysis.branches.laps import Segments, smooth_stretches, tabulate_laps
+from stickslip.analysis.branches.laps import Laps, Segments, smooth_stretches, tabulate_laps
 from stickslip.analysis.branches.mesh import WIDE, Mesh, finest
 from stickslip.analysis.branches.pieces import (
     Hints,
@@ -37,9 +37,7 @@ from stickslip.results.result import ResultList, ResultRow
 from stickslip.results.table import SHOWN, more
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.breakpoints import Kind
     from stickslip.analysis.branches.discontinuities import Discontinuities
-    from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, if that is left open

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
-from stickslip.analysis.continuation.borders import encounters, meet, unlabelled_encounters
+from stickslip.analysis.continuation.borders import Border, encounters, meet, unlabelled_encounters
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
     MAX_POINTS,
@@ -19,7 +19,7 @@ from stickslip.analysis.continuation.follower import (
     off_multiplier,
 )
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
-from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
+from stickslip.analysis.continuation.orbit_equations import Departure, Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import (
     SAME,
     MapND,
@@ -53,9 +53,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.continuation.borders import Border
     from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.continuation.orbit_equations import Departure
     from stickslip.analysis.maps.protocol import Floats, PointValues
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.numerics.continuation import WalkEnd

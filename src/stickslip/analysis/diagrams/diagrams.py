@@ -19,13 +19,13 @@ from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_LISTS as 
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_STARTS, OrbitSurvey
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
-from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node
 from stickslip.analysis.bifurcations.scan.survey import Survey
-from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
+from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine, follow_breakpoints
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
-from stickslip.analysis.diagrams.orbit_curves import fill, sampled_orbits
+from stickslip.analysis.diagrams.orbit_curves import SampledOrbit, fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of, not_for
-from stickslip.analysis.maps.protocol import FamilyND
+from stickslip.analysis.maps.protocol import Bools, FamilyND, Floats, Indices, MapFamily, Modelled
 from stickslip.analysis.orbits.orbit import ON_CIRCLE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
@@ -39,10 +39,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.bifurcations.scan.nodes import Node
-    from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-    from stickslip.analysis.diagrams.orbit_curves import SampledOrbit
-    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, MapFamily, Modelled
 
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import KINDS
-from stickslip.analysis.continuation.curve import CurveEnd
+from stickslip.analysis.continuation.curve import Curve, CurveEnd
 from stickslip.analysis.continuation.follower import off_multiplier
-from stickslip.analysis.maps.protocol import MapND, domain_width, lengths, turned_near
+from stickslip.analysis.maps.protocol import Floats, MapND, domain_width, lengths, turned_near
 from stickslip.analysis.orbits.newton import padded, polish_on, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import lagrange_weights
@@ -23,8 +23,6 @@ from stickslip.numerics.continuation import lagrange_weights
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import Floats
 
 BEHIND: Final = 3  # places before a value, passed or known, that foretell it
 AHEAD: Final = 2  # known places ahead that do

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.laps import Cells
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.interpolation._kernels import (
     SQUARE_ROOT_LEFT,
     SQUARE_ROOT_RIGHT,
@@ -33,7 +33,6 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Integers, Labels, Map1D
 
 

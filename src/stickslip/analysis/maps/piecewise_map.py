@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias, overload
 
 import numpy as np
 
@@ -30,19 +30,15 @@ from stickslip.analysis.maps.user_function import (
     checked_parameters,
     takes_arrays,
 )
-from stickslip.checks import checked_interval, real_numbers, shown
+from stickslip.checks import Many, checked_interval, real_numbers, shown
 from stickslip.numerics.arrays import GOLDEN
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from typing import Self
-
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.maps.protocol import Bools, Floats, Labels
-    from stickslip.checks import Many
 
 Breakpoints: TypeAlias = Sequence[float | str] | Callable[..., Sequence[float]]
 

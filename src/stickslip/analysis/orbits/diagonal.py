@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.mesh import slope_extremes
-from stickslip.analysis.maps.protocol import domain_size
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, domain_size
 from stickslip.analysis.orbits.orbit import NearFold
 from stickslip.numerics.arrays import EPS, Columns
 from stickslip.numerics.zeros import MAX_STEPS
@@ -19,7 +19,6 @@ from stickslip.numerics.zeros import MAX_STEPS
 if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.pieces import Pieces
-    from stickslip.analysis.maps.protocol import Bools, Floats, Indices
 
 
 TOUCH: Final = 16 * EPS  # of the scale: f^p(x) - x this small may be 0

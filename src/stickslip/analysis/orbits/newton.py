@@ -5,7 +5,7 @@ Shooting from one point would lose as many digits as the multiplier has.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -14,16 +14,13 @@ import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, domain_size, lengths, measured, sample
 from stickslip.analysis.orbits._kernels import NewtonLimits, NewtonStates, cyclic_rows, newton_step
-from stickslip.analysis.orbits.orbit import orbit_of
+from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 from stickslip.numerics.arrays import EPS, Columns
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike, NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapND, PointValues
-    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 MAX_NEWTON: Final = 20
 STALLED: Final = 1e-9  # of the map's values: smaller steps must go on shrinking

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, lengths, reduced, sample
-from stickslip.analysis.orbits.newton import monodromy, solve_orbits
+from stickslip.analysis.orbits.newton import Solutions, monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Indices, Labels, MapND
-    from stickslip.analysis.orbits.newton import Solutions
 
 N_STARTS: Final = 256
 ROUNDS: Final = 5  # of seeds at most, each as many as all before

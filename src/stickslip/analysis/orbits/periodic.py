@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Final, overload
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import Unresolved
-from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.pieces import Pieces, TooManyPiecesError, pieces_of_powers
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import EXACT, MapND, domain_size, sample, values_and_slopes
-from stickslip.analysis.orbits.diagonal import TOUCH, brackets_on_diagonal, forward_orbits
+from stickslip.analysis.orbits.diagonal import TOUCH, Brackets, brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import ROUNDINGS, Polished, polish
 from stickslip.analysis.orbits.orbit import (
     JumpCrossing,
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.branches.pieces import Pieces
-    from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import (
         Bools,
         Floats,
@@ -48,7 +46,6 @@ if TYPE_CHECKING:
         MapValues,
         Modelled,
     )
-    from stickslip.analysis.orbits.diagonal import Brackets
 
 BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"

@@ -20,8 +20,8 @@ from stickslip.analysis.attractors.basins import basins
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate
 from stickslip.analysis.attractors.in_space.fractions import Known, searched_along
 from stickslip.analysis.maps.arguments import checked_parameter, line_family, line_map, map_of
-from stickslip.analysis.maps.protocol import FamilyND, MapND
-from stickslip.analysis.safety.kicks import Escape, Impulse, escape, smallest_impulses
+from stickslip.analysis.maps.protocol import FamilyND, Floats, Map1D, MapFamily, MapND, Modelled
+from stickslip.analysis.safety.kicks import Distribution, Escape, Impulse, escape, smallest_impulses
 from stickslip.analysis.safety.surroundings import Displacement, LineSurroundings, SpaceSurroundings
 from stickslip.analysis.work import Work
 from stickslip.checks import (
@@ -44,8 +44,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, Modelled
-    from stickslip.analysis.safety.kicks import Distribution
     from stickslip.analysis.safety.surroundings import Surroundings
 
 LATE: Final = 0.95  # quantile of the times to settle

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.map import kernels_of
-from stickslip.analysis.maps.protocol import reduced, sample, turns
+from stickslip.analysis.maps.protocol import Floats, Integers, MapND, reduced, sample, turns
 from stickslip.analysis.work import Work
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.attractors.attractor import AttractorListND
-    from stickslip.analysis.maps.protocol import Floats, Integers, MapND
 
     Labels = NDArray[np.int16]
 

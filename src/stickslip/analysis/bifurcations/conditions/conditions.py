@@ -29,14 +29,13 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import (
     slope_one,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
-from stickslip.analysis.maps.protocol import MapFamily, domain_width, sample
+from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, domain_width, sample
 from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS
 from stickslip.numerics.arrays import EPS
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
-    from stickslip.analysis.maps.protocol import Floats, Map1D
 
 NEARBY: Final = 1e-3  # of the domain: no stationary point is looked for further away
 

@@ -6,18 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
+from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
+from stickslip.analysis.maps.protocol import Map1D, advance, domain_width, sample, values_and_slopes
 from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS, SAME, polish_on
 from stickslip.numerics.arrays import EPS
-
-if TYPE_CHECKING:
-    from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.maps.protocol import Map1D
 
 Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 

@@ -13,7 +13,7 @@ from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.attractors.search import LOOK
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.branches.along.tracked import DomainEnd, TrackedDiscontinuity, TurningPoint
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Bools, Floats, domain_width
 from stickslip.numerics.zeros import halved
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
-    from stickslip.analysis.maps.protocol import Bools, Floats
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end

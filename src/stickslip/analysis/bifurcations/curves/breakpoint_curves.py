@@ -10,10 +10,10 @@ import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
-from stickslip.analysis.continuation.curve import Curve, Problem
-from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, contained
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
+from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Half, contained
 from stickslip.analysis.maps.arguments import checked_parameter
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Floats, MapFamily, domain_width
 from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import CurvePoint, StepControl, WalkEnd
 from stickslip.results.parts import part
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.continuation.curve import CurveEnd
-    from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.work import Work
 
 CONTROL: Final = StepControl(first=1 / 64, smallest=1e-10, largest=1 / 16)  # of the range

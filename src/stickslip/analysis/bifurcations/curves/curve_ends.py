@@ -25,8 +25,8 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     replaced_sides,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
-from stickslip.analysis.maps.protocol import domain_width
-from stickslip.numerics.continuation import LeavesRegion, StepTooLong, lagrange_weights
+from stickslip.analysis.maps.protocol import Floats, domain_width
+from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepTooLong, lagrange_weights
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.maps.protocol import Floats
-    from stickslip.numerics.continuation import CurvePoint
 
     Distance: TypeAlias = Callable[[CurvePoint], float]
 

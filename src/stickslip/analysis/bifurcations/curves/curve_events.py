@@ -18,14 +18,13 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.curves.plane_equations import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, break_between
-from stickslip.numerics.continuation import LeavesRegion, StepTooLong
+from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
-    from stickslip.numerics.continuation import ArclengthCurve, CurvePoint
 
 
 REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole

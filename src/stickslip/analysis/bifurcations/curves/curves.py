@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation_of
-from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
+from stickslip.analysis.bifurcations.conditions.conditions import Condition, Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import KINDS
 from stickslip.analysis.bifurcations.curves.curve_ends import doubt_about, end_event, last_crisis
-from stickslip.analysis.bifurcations.curves.curve_events import events_between
+from stickslip.analysis.bifurcations.curves.curve_events import Event, events_between
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     FoldEquations,
     Plane,
@@ -28,10 +28,10 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     closest_to_end,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.continuation.curve import Curve, Problem, between
-from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Passed, contained
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem, between
+from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Half, Passed, contained
 from stickslip.analysis.maps.arguments import checked_parameter
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Floats, MapFamily, domain_width
 from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
@@ -39,12 +39,7 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from stickslip.analysis.bifurcations.conditions.conditions import Condition
-    from stickslip.analysis.bifurcations.curves.curve_events import Event
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
-    from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
-    from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.work import Work
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 

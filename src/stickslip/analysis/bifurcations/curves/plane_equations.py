@@ -16,14 +16,12 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Fold, fold_reading
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of
+from stickslip.analysis.bifurcations.conditions.orbit_paths import Path, bend, path_of
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Floats, domain_width
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
-    from stickslip.analysis.bifurcations.conditions.orbit_paths import Path
-    from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
 
 DIFFERENCE: Final = 1e-5  # of a scale: derivatives of test functions, and second ones of maps

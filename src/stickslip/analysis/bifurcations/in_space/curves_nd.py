@@ -29,10 +29,10 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
 )
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import Passed, first_point
-from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
+from stickslip.analysis.continuation.orbit_equations import Departure, Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import lengths, measured, sample, widths
 from stickslip.analysis.orbits.newton import shooting_matrix
-from stickslip.numerics.continuation import LeavesRegion, StepControl
+from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, WalkEnd
 from stickslip.results.parts import part
 from stickslip.status import OK
 
@@ -42,10 +42,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.continuation.follower import Half, Test
-    from stickslip.analysis.continuation.orbit_equations import Linearized
     from stickslip.analysis.maps.protocol import Bools, FamilyND, Floats, Labels
     from stickslip.analysis.work import Work
-    from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
 NEAR: Final = 1e-3  # of the domain: how far off the start of a curve may be

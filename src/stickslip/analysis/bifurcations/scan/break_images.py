@@ -20,8 +20,8 @@ from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.mesh import finest
 from stickslip.analysis.branches.pieces import returning
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.protocol import EXACT, sample
+from stickslip.analysis.branches.table import BranchTable, branch_table
+from stickslip.analysis.maps.protocol import EXACT, Floats, Indices, MapFamily, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Indices, MapFamily
 
 
 # Class of the branch that ends there, which of its ends on that side, side of the break.

@@ -15,16 +15,14 @@ from stickslip.analysis.attractors.bands import image, merged
 from stickslip.analysis.branches.along.tracked import break_between
 from stickslip.analysis.branches.discontinuities import LONG_GAPS
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import PROBES, interpolated_map
+from stickslip.analysis.branches.table import BranchTable, branch_table
+from stickslip.analysis.interpolation.interpolated import PROBES, InterpolatedMap, interpolated_map
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import EXACT, domain_width, is_ok, sample
 from stickslip.analysis.orbits.newton import OrbitBundle, solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.interpolation.interpolated import InterpolatedMap
     from stickslip.analysis.maps.protocol import Bools, Floats, Labels, Map1D, MapFamily
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.continuation.curve import CurveEnd
-from stickslip.analysis.continuation.follower import Passed
+from stickslip.analysis.continuation.follower import Half, Passed
 from stickslip.analysis.continuation.half_period import shrinks_to_half
 from stickslip.analysis.continuation.orbit_follower import LineOrbitFollower
-from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Labels, domain_width, sample
 from stickslip.analysis.orbits.newton import polish_on
-from stickslip.numerics.continuation import turns_back
+from stickslip.numerics.continuation import CurvePoint, turns_back
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
-    from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Labels
-    from stickslip.numerics.continuation import CurvePoint
 
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
