@@ -25,6 +25,7 @@ from stickslip.analysis.maps.protocol import (
     PointValues,
     checked_points,
     sample,
+    shaped,
     values_and_slopes,
 )
 from stickslip.numerics.arrays import interval_of
@@ -92,7 +93,7 @@ class InterpolatedMap:
     def evaluate(self, x: ArrayLike, /) -> PointValues:
         """Return value, derivative, label and status at points of the domain."""
         points = checked_points(self.domain, x)
-        flat, shape = points.ravel(), points.shape
+        flat = points.ravel()
         value, slope, cell = self._by_cells(flat)
         known = cell >= 0
         label = np.zeros(flat.shape, dtype=np.uint64)
@@ -102,13 +103,7 @@ class InterpolatedMap:
             why = self._statuses(flat[~known])
             asked = self._are_unknown(flat[~known])
             status[~known] = np.where(asked, np.where(np.isnan(value[~known]), UNDEFINED, OK), why)
-        return PointValues(
-            value.reshape(shape),
-            slope.reshape(shape),
-            label.reshape(shape),
-            status.reshape(shape),
-            np.full(shape, np.nan),
-        )
+        return shaped(points.shape, value, slope, label, status, np.full(flat.shape, np.nan))
 
     def _statuses(self, x: Floats) -> Integers:
         gaps = self.table.gaps

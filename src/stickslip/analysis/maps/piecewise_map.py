@@ -20,7 +20,7 @@ from stickslip.analysis.maps.differences import (
     unlike_parameter,
 )
 from stickslip.analysis.maps.formulas import VARIABLE, Formulas, Slope, formulas_of
-from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points
+from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points, shaped
 from stickslip.analysis.maps.user_function import (
     Function,
     UserMap,
@@ -239,14 +239,9 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         slope = np.full(flat.shape, np.nan)
         if ok.any():
             slope[ok] = self._slopes(flat[ok])
-        shape = points.shape
-        return PointValues(
-            np.where(ok, value, np.nan).reshape(shape),
-            slope.reshape(shape),
-            self._labels(flat).reshape(shape),
-            np.where(ok, OK, UNDEFINED).astype(np.int64).reshape(shape),
-            self._margins(flat).reshape(shape),
-        )
+        status = np.where(ok, OK, UNDEFINED).astype(np.int64)
+        what = np.where(ok, value, np.nan), slope, self._labels(flat), status, self._margins(flat)
+        return shaped(points.shape, *what)
 
     @overload
     def parameter_derivative(self, x: float, name: str, /) -> float: ...

@@ -198,6 +198,11 @@ class PointValues(Result):
         }
 
 
+def shaped(shape: tuple[int, ...], *columns: Any) -> PointValues:
+    """Return values of a map of the line, known at points in a row, in the points' own shape."""
+    return PointValues(*(column.reshape(shape) for column in columns))
+
+
 def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, Bools]:
     """Return points, moved to the nearest end of the domain, and which lie inside, by a few ulp."""
     lo, hi = domain
