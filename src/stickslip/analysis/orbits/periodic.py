@@ -15,7 +15,21 @@ from stickslip.analysis.branches.discontinuities import Unresolved
 from stickslip.analysis.branches.pieces import Pieces, TooManyPiecesError, pieces_of_powers
 from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
-from stickslip.analysis.maps.protocol import EXACT, MapND, domain_size, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import (
+    EXACT,
+    SAME,
+    Bools,
+    Floats,
+    Indices,
+    Labels,
+    Map1D,
+    MapND,
+    MapValues,
+    Modelled,
+    domain_size,
+    sample,
+    values_and_slopes,
+)
 from stickslip.analysis.orbits.diagonal import TOUCH, Brackets, brackets_on_diagonal, forward_orbits
 from stickslip.analysis.orbits.newton import ROUNDINGS, Polished, polish
 from stickslip.analysis.orbits.orbit import (
@@ -37,17 +51,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.maps.protocol import (
-        Bools,
-        Floats,
-        Indices,
-        Labels,
-        Map1D,
-        MapValues,
-        Modelled,
-    )
 
-BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
 
 
@@ -322,7 +326,7 @@ class _Search:
 
     def _is_on_border(self, word: Indices, points: Floats) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
-        period, slack = len(points), BORDER * self.scale
+        period, slack = len(points), SAME * self.scale
         for lap, x in zip(word, points.tolist(), strict=True):
             for number in (self.laps.end_left[lap], self.laps.end_right[lap]):
                 if not self.table.matters(number):
@@ -356,7 +360,7 @@ class _Search:
 
     def add_jump_orbits(self, pieces: Pieces) -> None:
         """Add all infinitely unstable orbits of one period, but for those on an end of a jump."""
-        table, slack = self.table, BORDER * self.scale
+        table, slack = self.table, SAME * self.scale
         crossings: list[tuple[Breakpoint, Floats, Indices]] = []
         for number, jump in enumerate(table.breakpoints):
             if jump.kind != "jump":
