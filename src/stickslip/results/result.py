@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, overload
 
 import numpy as np
@@ -180,6 +180,17 @@ class Result:
 
     __eq__ = equal_results
     __hash__ = hash_of_result
+
+
+class ResultRow(Result):
+    """A result whose table is one row: its fields and properties of the columns' names."""
+
+    def _facts(self) -> Iterable[Any]:
+        """Return what stands in the columns, in order."""
+        return (getattr(self, name) for name in self._column_names)
+
+    def _columns(self) -> dict[str, Any]:
+        return {n: [fact] for n, fact in zip(self._column_names, self._facts(), strict=True)}
 
 
 Item = TypeVar("Item", bound=Result)

@@ -10,8 +10,7 @@ from tests.analysis import known_maps as examples
 
 from stickslip import examples as models
 from stickslip.analysis.bifurcations.scan.nodes import velocity
-from stickslip.analysis.orbits.bundles import OrbitBundle
-from stickslip.analysis.orbits.newton import polish_on, solve_cyclic
+from stickslip.analysis.orbits.newton import OrbitBundle, polish_on, solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 

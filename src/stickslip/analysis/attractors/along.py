@@ -25,10 +25,8 @@ from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.attractors.attractor import AttractorKind
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D
 
 SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little
 BLOCKS: Final = (24, 48, 96, 160)  # steps after which orbits of critical points are looked at
@@ -59,7 +57,7 @@ class Motion:
         """Of a cycle, else 0."""
         return len(self.points) if self.kind == "periodic" else 0
 
-    def holds(self, x: Floats) -> NDArray[np.bool_]:
+    def holds(self, x: Floats) -> Bools:
         """Tell which points lie between iterates that are as close as iterates usually are."""
         places = np.sort(self.points)
         gap = SPARSE * (places[-1] - places[0]) / len(places)
@@ -93,7 +91,7 @@ class Settler:
         return self.motions
 
 
-def _images(f: Map1D, critical: Floats) -> tuple[NDArray[np.intp], Floats]:
+def _images(f: Map1D, critical: Floats) -> tuple[Indices, Floats]:
     """Values on both sides of critical points, once where they agree, and whose they are."""
     step = APART * domain_width(f)
     sides = np.concatenate([critical - step, critical + step])
@@ -104,7 +102,7 @@ def _images(f: Map1D, critical: Floats) -> tuple[NDArray[np.intp], Floats]:
     return owner[keep], value[keep]
 
 
-def _leaks(motion: Motion, number: int, critical: Floats, fates: NDArray[np.intp]) -> bool:
+def _leaks(motion: Motion, number: int, critical: Floats, fates: Indices) -> bool:
     """Tell whether the orbit of a critical point inside a motion has ended elsewhere."""
     inside = motion.holds(critical)
     return bool(np.any(inside & (fates != number) & (fates != MOVING)))
@@ -142,7 +140,7 @@ class _Look:
             if np.isfinite(tail[0, -1]):
                 self._identify(tail, self.iterates, was_chaotic=motion.kind == "chaotic")
 
-    def follow(self, start: Floats) -> NDArray[np.intp]:
+    def follow(self, start: Floats) -> Indices:
         """Follow orbits until each has left, or is with an attractor; return which."""
         fates = np.full(len(start), MOVING)
         moving, tails = np.arange(len(start)), start[:, None]
@@ -163,7 +161,7 @@ class _Look:
                 moving, tails = moving[~same], tails[~same]
         return fates
 
-    def _beside_cycles(self, tails: Floats) -> NDArray[np.bool_]:
+    def _beside_cycles(self, tails: Floats) -> Bools:
         """Tell which orbits have lately been close to a known cycle, where some only crawl."""
         beside = np.zeros(len(tails), dtype=bool)
         for cycle in self._all_cycles():
@@ -171,15 +169,13 @@ class _Look:
             beside |= gaps.max(axis=1) <= RECURRING * self.width
         return beside
 
-    def _drop(
-        self, moving: NDArray[np.intp], tails: Floats, fates: NDArray[np.intp]
-    ) -> tuple[NDArray[np.intp], Floats]:
+    def _drop(self, moving: Indices, tails: Floats, fates: Indices) -> tuple[Indices, Floats]:
         """Enter the fates of orbits; return those that are still moving."""
         fates[moving] = self._fates(tails)
         rest = fates[moving] == MOVING
         return moving[rest], tails[rest]
 
-    def _fates(self, tails: Floats) -> NDArray[np.intp]:
+    def _fates(self, tails: Floats) -> Indices:
         """Tell which orbits have left, or been captured."""
         fate = np.full(len(tails), MOVING)
         fate[~np.isfinite(tails[:, -1])] = LEFT
@@ -193,7 +189,7 @@ class _Look:
             fate[(fate == MOVING) & caught] = number
         return fate
 
-    def _captured(self, tails: Floats, cycle: Floats) -> NDArray[np.bool_]:
+    def _captured(self, tails: Floats, cycle: Floats) -> Bools:
         """Tell which orbits near a stable cycle come closer, or went along for half their way."""
         p, n = len(cycle), tails.shape[1]
         gaps = np.abs(tails[:, -1, None] - cycle)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 from stickslip.analysis.attractors.bands import inside
 from stickslip.checks import finite_number, real_numbers
-from stickslip.results.result import Result, ResultList
+from stickslip.results.result import ResultList, ResultRow
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 AttractorKind: TypeAlias = Literal["periodic", "chaotic", "neutral", "undecided"]
 
 
-class AnyAttractor(Result):
+class AnyAttractor(ResultRow):
     """What attractors of maps of any dimension have in common."""
 
     lowest_period: int = 0  # not known
@@ -31,13 +31,6 @@ class AnyAttractor(Result):
 
     def _line(self) -> str:
         raise NotImplementedError
-
-    def _facts(self) -> tuple[Any, ...]:
-        """Return what stands in the columns, in order."""
-        raise NotImplementedError
-
-    def _columns(self) -> dict[str, Any]:
-        return {n: [fact] for n, fact in zip(self._column_names, self._facts(), strict=True)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

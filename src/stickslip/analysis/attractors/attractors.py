@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
@@ -11,10 +11,10 @@ from stickslip.analysis.attractors.attractor import AttractorList, AttractorList
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.attractors.recurrence import attracts, confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
-from stickslip.analysis.maps.protocol import MapND, checked_points
+from stickslip.analysis.maps.protocol import Floats, Map1D, MapND, Modelled, checked_points
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
 from stickslip.analysis.work import Work
 from stickslip.checks import (
@@ -32,13 +32,9 @@ from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
 N_STARTS: Final = 64
 MAX_PERIOD: Final = 64  # of cycles that are recognised

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
 from stickslip.numerics.arrays import interval_of
 
@@ -20,9 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
-APART: Final = 1e-9  # of the domain's width: closer bands are one; a stand-in knows no better
+APART: Final = RESOLUTION  # of the domain's width: closer bands are one; no table knows better
 ALONE: Final = 256  # images of an interval before they are joined
 STAYS: Final = 64  # maps of the whole before another interval is tried
 MAX_STEPS: Final = 2000  # from then on
@@ -49,12 +50,12 @@ class Bands:
     sources: tuple[tuple[float, int, int], ...] = ()
     lowest_period: int = 0  # of an orbit in the bands: maps from one back to itself, at least
 
-    def contain(self, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+    def contain(self, x: Floats, slack: float = 0.0) -> Bools:
         """Tell which points lie in a band, with `slack` on both sides."""
         return inside(self.intervals, x, slack)
 
 
-def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> NDArray[np.bool_]:
+def inside(intervals: Floats, x: Floats, slack: float = 0.0) -> Bools:
     """Tell which points lie in one of the sorted disjoint intervals (k, 2)."""
     return np.asarray(interval_of(x, intervals[:, 0] - slack, intervals[:, 1] + slack) >= 0)
 

@@ -14,21 +14,17 @@ from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED
 from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
 from stickslip.analysis.branches.pieces import runs
-from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
+from stickslip.analysis.maps.protocol import EXACT, SAME, advance, domain_width, values_and_slopes
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Integers, Map1D
 
-    Integers = NDArray[np.int64]
 
-EXACT: Final = 1e-13  # of the domain's width: edges closer than this are one
 GROWTHS: Final = 16  # radii that a trap is widened to, each half of the one before
 MAX_STEPS: Final = 256  # on the way into a trap
 MAX_ORDER: Final = 64  # preimages that are recognised
@@ -229,7 +225,7 @@ def refined(f: Map1D, table: Laps, pieces: Pieces, floor: float) -> Pieces | Non
     return _with_parts(pieces, todo, fresh)
 
 
-def _filled(chosen: NDArray[np.bool_], these: Any, others: Any) -> Any:
+def _filled(chosen: Bools, these: Any, others: Any) -> Any:
     """Array with `these` in the chosen places and `others` in the rest, both in order."""
     result = np.empty(len(chosen), dtype=these.dtype)
     result[chosen], result[~chosen] = these, others

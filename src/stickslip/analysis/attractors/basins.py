@@ -37,11 +37,10 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
+    from stickslip.analysis.maps.protocol import Floats, Integers, Map1D, Modelled
 
-    Integers = NDArray[np.int64]
 
 WIDEST_EDGE: Final = 1e-10  # of the domain's width: a thinner undecided piece is an edge
 RESOLUTION: Final = 1e-5  # of the domain's width: ... or this, if there are too many pieces

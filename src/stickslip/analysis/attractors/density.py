@@ -18,7 +18,7 @@ from stickslip.analysis.attractors.lyapunov import LyapunovExponent
 from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.arguments import line_map
-from stickslip.analysis.maps.protocol import advance, domain_width
+from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled, advance, domain_width
 from stickslip.checks import instance, whole_number
 from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.waiting import waits
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.laps import Laps
-    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
 
 MOST_CELLS: Final = 10**7
 PIECES: Final = 8  # of a cell, on which the map is taken as linear

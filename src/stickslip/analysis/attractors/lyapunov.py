@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -22,17 +22,17 @@ from stickslip.analysis.maps.protocol import (
     sample,
     values_and_slopes,
 )
+from stickslip.analysis.maps.rotation import OrbitMean
 from stickslip.analysis.orbits.newton import polish_on
 from stickslip.numerics.waiting import waits
-from stickslip.results.result import Result
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D, Modelled
+    from stickslip.analysis.maps.protocol import Bools, Floats, Map1D, Modelled
 
 CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: bounds the memory
 TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
@@ -51,7 +51,7 @@ TENTHS: Final = np.array([1, 2, 4, 6])  # of the longer ones that are shorter ye
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovExponent(Result):
+class LyapunovExponent(OrbitMean):
     """Mean of ``log |f'|`` along orbits, per step; in R^n of the most growing direction's.
 
     Attributes
@@ -68,12 +68,6 @@ class LyapunovExponent(Result):
     value: Any
     error: Any
     n: int
-    _drawn: ClassVar = ("start", "value")
-    _has_picture: ClassVar = False
-
-    def __float__(self) -> float:
-        """Return the value alone."""
-        return float(self.value)
 
     def __iter__(self) -> Iterator[Any]:
         """Unpack as ``value, error``."""
@@ -86,10 +80,6 @@ class LyapunovExponent(Result):
         pairs = zip(self.value.flat, self.error.flat, strict=True)
         rows = [f"  {value: .10f} ± {error:.2g}" for value, error in pairs]
         return "\n".join([f"LyapunovExponent, n={self.n}", *rows])
-
-    def _columns(self) -> dict[str, Any]:
-        value, error = np.ravel(self.value), np.ravel(self.error)
-        return {"start": np.arange(value.size) + 1, "value": value, "error": error}
 
 
 @waits
@@ -225,7 +215,7 @@ def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
     return piece, slope
 
 
-def _held_by_rounding(values: Floats, slopes: Floats) -> NDArray[np.bool_]:
+def _held_by_rounding(values: Floats, slopes: Floats) -> Bools:
     """Tell which orbits end on a cycle that repels."""
     stuck = np.zeros(len(values), dtype=np.bool_)
     recent = values[:, -1 - LONGEST_COLLAPSE : -1]

@@ -12,11 +12,9 @@ import numpy as np
 
 from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.attractors.lyapunov import SAMPLES
-from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.exponents.blocking import REPEATS
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample
-from stickslip.analysis.orbits.bundles import padded
-from stickslip.analysis.orbits.newton import polish_on
+from stickslip.analysis.orbits.newton import padded, polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.zeros import halved
@@ -24,10 +22,8 @@ from stickslip.numerics.zeros import halved
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels, Map1D
 
 SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period ...
 RECURRING: Final = 0.02  # ... and so close on a slow approach, which has as much of its way left
@@ -84,9 +80,8 @@ def same_cycle(one: Floats, other: Floats, tolerance: float) -> bool:
     return bool((np.abs(np.sort(one) - np.sort(other)) <= tolerance).all())
 
 
-def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable | None = None) -> PeriodicOrbit:
+def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable) -> PeriodicOrbit:
     """Turn a confirmed cycle into the public type, the smallest point first."""
-    table = branch_table(f) if table is None else table
     size = np.max(np.abs(cycle.points)) + domain_width(f)
     # A residual moves the points of a stable orbit by its sum over all further rounds.
     error = (cycle.residual + 4 * EPS * size) * cycle.period
@@ -214,7 +209,7 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
     low, high = f.domain
     scale = ROUNDING * period * (high - low)
 
-    def stay(x: Floats) -> NDArray[np.bool_]:
+    def stay(x: Floats) -> Bools:
         orbits = advance(f, x, period)
         same = (sample(f, orbits[:, :-1]).label == word).all(axis=1)
         return np.asarray(same & (np.abs(orbits[:, -1] - x) <= scale))

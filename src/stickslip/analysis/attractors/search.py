@@ -240,9 +240,7 @@ class AttractorSearch:
         if rough.value <= 0:
             return f"the exponent {rough.value:.3g} ± {rough.error:.1g} is not above zero"
         bands = grow(self.fast, self.laps, short_intervals(self.fast, values[0]))
-        if reason := self._why_no_trap(bands):
-            return reason
-        if reason := self._known_inside(bands):
+        if reason := self._why_no_trap(bands) or self._known_inside(bands):
             return reason
         motion = ChaoticMotion(self.fast, bands.intervals)
         return motion.reason or self._why_not_chaotic(bands, motion)

@@ -20,7 +20,7 @@ from typing import (
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.outcome import disagreement
+from stickslip.analysis.bifurcations.outcome import Outcome, disagreement
 from stickslip.checks import one_of
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.conditions.locate import Located
-    from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.continuation.curve import Curve
     from stickslip.analysis.maps.protocol import FamilyND, Floats, MapFamily
 

@@ -29,20 +29,20 @@ from stickslip.analysis.bifurcations.bifurcation import (
 from stickslip.analysis.bifurcations.cascades import cascades, with_double
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Contact
 from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint, parameter_point
-from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisSearch, Sides
+from stickslip.analysis.bifurcations.crisis.crises import LOOKS, CrisisEvent, CrisisSearch, Sides
 from stickslip.analysis.bifurcations.explain import explained, with_attractors
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_orbits
 from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
-from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
-from stickslip.analysis.maps.arguments import checked_range, line_family, map_of
-from stickslip.analysis.maps.protocol import FamilyND, explanation
+from stickslip.analysis.maps.arguments import checked_range, line_family, map_of, not_for
+from stickslip.analysis.maps.protocol import FamilyND, Floats, MapFamily, Modelled, explanation
 from stickslip.analysis.orbits.newton import solve_orbit
 from stickslip.analysis.work import Work
-from stickslip.checks import MOST_KEPT, shown, whole_number
+from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.numerics.processes import in_processes
 from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
@@ -52,10 +52,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.bifurcation import Cascade
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
-    from stickslip.analysis.bifurcations.crisis.crises import CrisisEvent
-    from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 T = TypeVar("T")
@@ -139,14 +136,12 @@ def bifurcations(
     work = Work(progress, partial)
     max_period = whole_number("max_period", max_period, 1, at_most=MOST_KEPT)
     found_map = map_of(system)
-    in_space = isinstance(found_map, FamilyND)
-    if (in_space and window is not None) or (not in_space and n_starts is not None):
-        name, other = ("window", "a line") if in_space else ("n_starts", "R^n")
-        raise ValueError(f"{name} is for maps of {other}; system = {shown(system)} has another.")
     if isinstance(found_map, FamilyND):
+        not_for("a line", window=window is not None)
         ends = checked_range(found_map, parameter, range)
         numbers = {"n_lists": n_lists, "n_starts": n_starts}
         return bifurcations_nd(found_map, parameter, ends, max_period, **numbers, work=work)
+    not_for("R^n", n_starts=n_starts is not None)
     f = line_family(found_map)
     lo, hi = checked_range(f, parameter, range)
     family = Family(f, parameter, window)

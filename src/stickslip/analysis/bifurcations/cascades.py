@@ -12,20 +12,18 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, Cascade, bifurcation_of
 from stickslip.analysis.bifurcations.conditions.conditions import Flip
-from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
+from stickslip.analysis.bifurcations.conditions.locate import Located, found_near, solve_near
 from stickslip.analysis.bifurcations.normal_forms import CubicCoefficient, flip_coefficient
 from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.maps.protocol import values_and_slopes
+from stickslip.analysis.maps.protocol import Floats, values_and_slopes
 from stickslip.analysis.orbits.newton import Polished, polish_on, solve_orbit
 from stickslip.numerics.processes import in_processes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from stickslip.analysis.bifurcations.conditions.locate import Located
     from stickslip.analysis.bifurcations.scan.nodes import Family
     from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import Floats
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 LONGEST: Final = 256  # period of the last flip that is solved for

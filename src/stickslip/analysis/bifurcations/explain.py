@@ -13,14 +13,13 @@ from stickslip.analysis.bifurcations.border_collision.classification import (
     predicted_at_jump,
 )
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
-from stickslip.analysis.bifurcations.scan.events import coefficients_at
+from stickslip.analysis.bifurcations.scan.events import Event, coefficients_at
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
     from stickslip.analysis.bifurcations.outcome import Outcome
     from stickslip.analysis.bifurcations.scan.adding_up import Concerned
-    from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family
     from stickslip.analysis.bifurcations.scan.tracking import Span
 

@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
-from stickslip.analysis.bifurcations.scan.events import orbit_at
+from stickslip.analysis.bifurcations.scan.events import Event, orbit_at
 from stickslip.analysis.branches.along.tracked import DomainEnd
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
 from stickslip.analysis.continuation.orbit_follower import OrbitProblem
-from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.maps.protocol import Floats, sample
 from stickslip.analysis.orbits.newton import turned
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from stickslip.analysis.bifurcations.scan.adding_up import Concerned
-    from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
     from stickslip.analysis.bifurcations.scan.survey import Survey
     from stickslip.analysis.bifurcations.scan.tracking import Piece, Span
-    from stickslip.analysis.maps.protocol import Floats
 
 UP: Final = 1
 DOWN: Final = -1

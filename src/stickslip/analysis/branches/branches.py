@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, get_args
 
-from stickslip.analysis.branches.breakpoints import BREAKPOINT_COLUMNS, Breakpoint, Kind
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.maps.arguments import line_map
-from stickslip.analysis.maps.protocol import explanation
+from stickslip.analysis.maps.protocol import Map1D, Modelled, explanation
 from stickslip.checks import one_of
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
@@ -17,8 +17,6 @@ from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Unresolved
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Map1D, Modelled
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,7 +34,7 @@ class BreakpointList(ResultList[Breakpoint]):
     items: tuple[Breakpoint, ...]
     resolution: float
     unresolved: tuple[Unresolved, ...]
-    _column_names: ClassVar = BREAKPOINT_COLUMNS
+    _column_names: ClassVar = Breakpoint._column_names
     _drawn: ClassVar = ("d", "left", "right")
 
     def of_kind(self, *kinds: Kind) -> tuple[Breakpoint, ...]:

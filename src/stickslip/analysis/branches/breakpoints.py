@@ -7,21 +7,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import BEND, STEP
-from stickslip.analysis.branches.mesh import finest
+from stickslip.analysis.branches.mesh import Mesh, Nodes, finest
 from stickslip.numerics.arrays import Columns
-from stickslip.results.result import Result
+from stickslip.results.result import ResultRow
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.along.tracked import NearDiscontinuity
-    from stickslip.analysis.branches.mesh import Mesh, Nodes
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
     # What limits are taken from: a map that can be evaluated, and its scales.
     Prober: TypeAlias = Mesh | NearDiscontinuity
@@ -100,7 +97,7 @@ def _limits_from(mesh: Prober, ends: Nodes, inward: Floats, h: Floats) -> tuple[
     return Limits(value, slope), off
 
 
-def _diverges(mesh: Prober, slopes: Floats) -> NDArray[np.bool_]:
+def _diverges(mesh: Prober, slopes: Floats) -> Bools:
     """Tell where the slope grows without bound, like the derivative of a root."""
     close, near, far, _ = np.abs(slopes)
     steepens = (near > STEEPENS * far) & (close > STEEPENS**3 * near)
@@ -122,14 +119,8 @@ def _root_value(values: Floats, slopes: Floats, h: Floats) -> Floats:
     return np.where(exponent > 0, (4 * first - second) / 3, np.nan)
 
 
-BREAKPOINT_COLUMNS: Final = (
-    *("d", "left", "right", "left_slope", "right_slope", "kind", "mechanism", "block"),
-    *("quality", "residual"),
-)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Breakpoint(Result):
+class Breakpoint(ResultRow):
     """End of a branch.
 
     Attributes
@@ -171,6 +162,10 @@ class Breakpoint(Result):
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
     system: Map1D | None = field(default=None, repr=False, compare=False)
+    _column_names: ClassVar = (
+        *("d", "left", "right", "left_slope", "right_slope", "kind", "mechanism", "block"),
+        *("quality", "residual"),
+    )
     _drawn: ClassVar = ("d", "left", "right")
     _has_picture: ClassVar = False
 
@@ -183,9 +178,6 @@ class Breakpoint(Result):
     def jump(self) -> float:
         """Step of the value from left to right."""
         return self.right - self.left
-
-    def _columns(self) -> dict[str, Any]:
-        return {name: [getattr(self, name)] for name in BREAKPOINT_COLUMNS}
 
 
 def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Kind]:

@@ -17,8 +17,7 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.analysis.branches.mesh import Bools, Indices
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D
 
 Interval = tuple[float, float]
 

@@ -8,20 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import values_and_slopes
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D, values_and_slopes
 from stickslip.numerics.arrays import EPS, Columns, interval_of
 from stickslip.numerics.zeros import MAX_STEPS, slope_zeros
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.breakpoints import Limits
     from stickslip.analysis.branches.mesh import Mesh, Nodes
-    from stickslip.analysis.maps.protocol import Floats, Map1D
 
-    Bools = NDArray[np.bool_]
-    Indices = NDArray[np.intp]
 
 LO: Final = -1  # number of the end of a lap that is the left end of the domain
 HI: Final = -2  # ... the right end

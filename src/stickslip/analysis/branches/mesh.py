@@ -23,12 +23,8 @@ from stickslip.analysis.maps.protocol import (
 from stickslip.numerics.arrays import EPS, GOLDEN, Columns
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Labels
 
-    from stickslip.analysis.maps.protocol import Floats, Labels
-
-    Bools = NDArray[np.bool_]
-    Indices = NDArray[np.intp]
 
 RESOLUTION: Final = 1e-9  # of the domain: `finest` of tables, and of limits at breaks
 WIDE: Final = 1e-3  # of the domain: branches that are all told apart, and the largest resolution

@@ -12,16 +12,13 @@ import numpy as np
 
 from stickslip.analysis.branches.breakpoints import Limits
 from stickslip.analysis.branches.mesh import RESOLUTION
-from stickslip.analysis.maps.protocol import domain_size
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, domain_size
 from stickslip.numerics.arrays import EPS, Columns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.branches.laps import Indices, Laps
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.branches.laps import Laps
 
 MAX_PIECES: Final = 200_000  # more of them no list of orbits is made for
 MOST_LAPS: Final = 2048  # of a map, for which a table is made of what leads where
@@ -41,7 +38,7 @@ class Ends(Columns):
     number: Indices  # which end of a lap of f the orbit meets (see `Laps`) ...
     depth: Indices  # ... after how many maps
 
-    def replaced(self, where: NDArray[np.bool_], others: Ends) -> Ends:
+    def replaced(self, where: Bools, others: Ends) -> Ends:
         """Return a copy with ends taken from ``others`` where the mask says so."""
         return Ends(
             np.where(where[:, None], others.orbit, self.orbit),
@@ -104,7 +101,7 @@ def itineraries(laps: Laps, power: int) -> float:
     return float(np.trace(np.linalg.matrix_power(leads.astype(np.float64), power)))
 
 
-def returning(laps: Laps, power: int) -> NDArray[np.bool_]:
+def returning(laps: Laps, power: int) -> Bools:
     """Tell which laps lead back to themselves, or to one beside, in up to a number of maps."""
     leads, n = _Returns(laps, 1), len(laps)
     reach = np.eye(n, dtype=bool) | np.eye(n, k=1, dtype=bool) | np.eye(n, k=-1, dtype=bool)
@@ -127,7 +124,7 @@ class _Returns:
             reach = self.before(reach)
             self.within.append(self.within[-1] | reach)
 
-    def before(self, reach: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def before(self, reach: Bools) -> Bools:
         """Tell from which laps one map leads to laps from which others are reached."""
         count = _counted(reach)
         return np.asarray(count[self.stop] > count[self.first])
@@ -140,7 +137,7 @@ class _Returns:
         stop = np.searchsorted(self.laps.left, high + slack, side="right")
         return first, np.maximum(first, stop)
 
-    def may_close(self, lap: Indices, piece: Indices, pieces: Pieces) -> NDArray[np.bool_]:
+    def may_close(self, lap: Indices, piece: Indices, pieces: Pieces) -> Bools:
         """Tell for which pairs the piece's image leads back to the lap."""
         ends = pieces.left.orbit[:, -1], pieces.right.orbit[:, -1]
         first, stop = self._met(np.minimum(*ends), np.maximum(*ends))
@@ -149,7 +146,7 @@ class _Returns:
         return unknown | (count[stop[piece], lap] > count[first[piece], lap])
 
 
-def _counted(leads: NDArray[np.bool_]) -> Indices:
+def _counted(leads: Bools) -> Indices:
     """Count down the columns, from 0 on."""
     return np.concatenate([np.zeros((1, len(leads)), dtype=np.intp), np.cumsum(leads, axis=0)])
 

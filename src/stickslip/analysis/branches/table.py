@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 import numpy as np
 
-from stickslip.analysis.branches.breakpoints import Breakpoint, kind_of, limits_inside
+from stickslip.analysis.branches.breakpoints import Breakpoint, Kind, kind_of, limits_inside
 from stickslip.analysis.branches.discontinuities import ACCUMULATE, Unresolved, find_discontinuities
-from stickslip.analysis.branches.laps import Segments, smooth_stretches, tabulate_laps
+from stickslip.analysis.branches.laps import Laps, Segments, smooth_stretches, tabulate_laps
 from stickslip.analysis.branches.mesh import WIDE, Mesh, finest
 from stickslip.analysis.branches.pieces import (
     Hints,
@@ -33,13 +33,11 @@ from stickslip.analysis.maps.protocol import (
 from stickslip.checks import finite_number
 from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.processes import travels
-from stickslip.results.result import Result, ResultList
+from stickslip.results.result import ResultList, ResultRow
 from stickslip.results.table import SHOWN, more
 
 if TYPE_CHECKING:
-    from stickslip.analysis.branches.breakpoints import Kind
     from stickslip.analysis.branches.discontinuities import Discontinuities
-    from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 CROWD: Final = 64  # branches that are not wide, beyond which less is resolved, if that is left open
@@ -53,7 +51,7 @@ _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Branch(Result):
+class Branch(ResultRow):
     """Maximal interval of one label.
 
     Attributes
@@ -76,9 +74,6 @@ class Branch(Result):
     _column_names: ClassVar = ("left", "right", "value_left", "value_right", "label")
     _plot: ClassVar = "columns.draw_branch"
     _has_picture: ClassVar = False
-
-    def _columns(self) -> dict[str, Any]:
-        return {name: [getattr(self, name)] for name in self._column_names}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -25,11 +25,9 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
-    from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily
+    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
 
 OVERTAKES: Final = 32.0  # times the orbit's step: how far a break may come from
 NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for
@@ -160,7 +158,7 @@ class Meeting:
     place: float  # of the border, ...
     image: float  # ... and its one-sided value
     slopes: Floats  # one-sided at the border
-    labels: NDArray[np.uint64]  # at the border maybe that of the other side
+    labels: Labels  # at the border maybe that of the other side
     residual: Floats
 
 

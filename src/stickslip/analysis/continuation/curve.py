@@ -15,9 +15,8 @@ from stickslip.results.table import listed, numbered
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
+    from stickslip.analysis.maps.protocol import Bools, Floats
 
-    Floats = NDArray[np.float64]
 
 SHOWN: Final = 8  # rows of a curve in its repr
 POINTS_SHOWN: Final = 4  # of a solution, in a line of it
@@ -228,7 +227,7 @@ class Curve(Result):
     parameters: dict[str, Floats]
     points: Floats
     multipliers: Any = field(repr=False)
-    stable: NDArray[np.bool_] = field(repr=False)
+    stable: Bools = field(repr=False)
     ends: tuple[CurveEnd, CurveEnd]
     bifurcations: tuple[CurveEvent, ...]
     data: dict[str, Any]

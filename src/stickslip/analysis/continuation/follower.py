@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTo
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-    from typing import TypeAlias
 
     from numpy.typing import NDArray
 
@@ -290,7 +289,11 @@ class Follower:
 
     def off_flip(self, point: CurvePoint) -> float:
         """det(M + 1), zero where a multiplier is -1."""
-        return float(np.prod(np.atleast_1d(self.multipliers(point)) + 1.0).real)
+        return off_multiplier(self.multipliers(point), -1.0)
+
+    def off_fold(self, point: CurvePoint) -> float:
+        """det(M - 1), zero where a multiplier is 1."""
+        return off_multiplier(self.multipliers(point), 1.0)
 
     def off_circle(self, point: CurvePoint) -> float:
         """Product of m_i m_j - 1 over pairs: zero where two multipliers have the product 1."""
@@ -327,6 +330,11 @@ class Follower:
             if 0 < share <= 1 and aside <= CLOSES * length and same_way:
                 return share, image
         return None
+
+
+def off_multiplier(multipliers: Any, at: float) -> float:
+    """det(M - at), zero where a multiplier is that."""
+    return float(np.prod(np.atleast_1d(multipliers) - at).real)
 
 
 def _rate(point: CurvePoint) -> float:

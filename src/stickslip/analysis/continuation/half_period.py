@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import turned_near
+from stickslip.analysis.maps.protocol import Floats, turned_near
 from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from stickslip.analysis.maps.protocol import Floats
 
     # Solve for an orbit near a guess at a value: points, and det(M + 1), NaN if there is none.
     Solve: TypeAlias = Callable[[float, Floats], tuple[Floats, float]]

@@ -15,9 +15,7 @@ from stickslip.numerics.continuation import LeavesRegion, StepTooLong
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.maps.protocol import Floats, Labels, PointValues
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels, PointValues
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +97,7 @@ class OrbitEquations:
         parts = slopes, values.value, values.label, float(np.min(values.margin))
         return residual.ravel(), Linearized(*parts)
 
-    def stays(self, labels: Labels, ok: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def stays(self, labels: Labels, ok: Bools) -> Bools:
         """Tell which points have a value and are on their pieces, shape (p,)."""
         known = [label in piece for label, piece in zip(labels.tolist(), self.pieces, strict=True)]
         return ok & np.array(known, dtype=bool)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
-from stickslip.analysis.continuation.borders import encounters, meet, unlabelled_encounters
+from stickslip.analysis.continuation.borders import Border, encounters, meet, unlabelled_encounters
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
     MAX_POINTS,
@@ -16,9 +16,10 @@ from stickslip.analysis.continuation.follower import (
     Follower,
     Passed,
     first_point,
+    off_multiplier,
 )
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
-from stickslip.analysis.continuation.orbit_equations import Linearized, OrbitEquations
+from stickslip.analysis.continuation.orbit_equations import Departure, Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import (
     SAME,
     MapND,
@@ -52,9 +53,7 @@ from stickslip.status import OK
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from stickslip.analysis.continuation.borders import Border
     from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.continuation.orbit_equations import Departure
     from stickslip.analysis.maps.protocol import Floats, PointValues
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
     from stickslip.numerics.continuation import WalkEnd
@@ -277,7 +276,7 @@ class SpaceOrbitFollower(OrbitFollower):
         got = solve_orbits(self.equations.at(value), guess[None])
         if not got.found[0]:
             return guess, np.nan
-        return got.points[0], float(np.prod(multipliers_of(got.jacobians[0]) + 1.0).real)
+        return got.points[0], off_multiplier(multipliers_of(got.jacobians[0]), -1.0)
 
     def stopped(self, stop: WalkEnd, half: Half) -> CurvePoint | CurveEnd:
         """Find out what ended a walk; pass the ends of pieces where the map is smooth."""
@@ -454,7 +453,7 @@ def _beyond_fold(curve: Curve, row: int, orbit: PeriodicOrbit | PeriodicOrbitND)
     """Tell whether Newton's method went past a fold: det(M - 1) has another sign than nearby."""
     own = orbit.multiplier if isinstance(orbit, PeriodicOrbit) else orbit.multipliers
     multipliers = (*curve.multipliers[row : row + 2], own)
-    *beside, there = (np.prod(np.subtract(each, 1.0)).real for each in multipliers)
+    *beside, there = (off_multiplier(each, 1.0) for each in multipliers)
     return bool(there * max(beside, key=abs) < 0.0)
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.bifurcations.bifurcation import Coverage
     from stickslip.analysis.continuation.curve import CurveEnd
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices
 
 LAST: Final = ("multiplier", "lyapunov")  # columns behind those of the points
 
@@ -54,12 +54,12 @@ class OrbitCurve:
     ends: tuple[CurveEnd, CurveEnd]
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
+    def stable(self) -> Bools:
         """Where the multiplier is inside (-1, 1), shape (n,); False without the orbit."""
         return np.asarray(np.abs(self.multipliers) < 1)
 
     @property
-    def exists(self) -> NDArray[np.bool_]:
+    def exists(self) -> Bools:
         """Where there is the orbit, shape (n,)."""
         return np.asarray(np.isfinite(self.multipliers))
 
@@ -84,9 +84,9 @@ class AttractorTable:
         The cycle, or successive iterates; NaN fills the rest of a row.
     """
 
-    where: NDArray[np.intp]
+    where: Indices
     kind: NDArray[np.str_]
-    period: NDArray[np.intp]
+    period: Indices
     lyapunov: Floats
     points: Floats
 

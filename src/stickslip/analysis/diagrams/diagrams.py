@@ -19,13 +19,13 @@ from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_LISTS as 
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_STARTS, OrbitSurvey
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
-from stickslip.analysis.bifurcations.scan.nodes import Family
+from stickslip.analysis.bifurcations.scan.nodes import Family, Node
 from stickslip.analysis.bifurcations.scan.survey import Survey
-from stickslip.analysis.branches.along.breakpoint_lines import follow_breakpoints
+from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine, follow_breakpoints
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
-from stickslip.analysis.diagrams.orbit_curves import fill, sampled_orbits
+from stickslip.analysis.diagrams.orbit_curves import SampledOrbit, fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of, not_for
-from stickslip.analysis.maps.protocol import FamilyND
+from stickslip.analysis.maps.protocol import Bools, FamilyND, Floats, Indices, MapFamily, Modelled
 from stickslip.analysis.orbits.orbit import ON_CIRCLE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
@@ -37,12 +37,8 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from stickslip.analysis.bifurcations.scan.nodes import Node
-    from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine
-    from stickslip.analysis.diagrams.orbit_curves import SampledOrbit
-    from stickslip.analysis.maps.protocol import Floats, MapFamily, Modelled
 
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
@@ -228,11 +224,11 @@ class _Chunk:
     maps: list[Any]
     values: Floats
     critical: list[Floats] | None  # points of each map; None: no attractors are looked for
-    near_lists: NDArray[np.bool_]  # where an attractor may be new: next to lists, at the first
+    near_lists: Bools  # where an attractor may be new: next to lists, at the first
 
 
 def _chunks(
-    maps: list[Any], values: Floats, critical: list[Floats] | None, near_lists: NDArray[np.intp]
+    maps: list[Any], values: Floats, critical: list[Floats] | None, near_lists: Indices
 ) -> Iterator[_Chunk]:
     """Cut a diagram into stretches: half as many values each as there are of them."""
     n, looks = len(values), np.zeros(len(values) + 1, dtype=np.bool_)

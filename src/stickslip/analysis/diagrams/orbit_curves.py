@@ -13,18 +13,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import KINDS
-from stickslip.analysis.continuation.curve import CurveEnd
-from stickslip.analysis.maps.protocol import MapND, domain_width, lengths, turned_near
-from stickslip.analysis.orbits.bundles import padded
-from stickslip.analysis.orbits.newton import polish_on, solve_orbits
+from stickslip.analysis.continuation.curve import Curve, CurveEnd
+from stickslip.analysis.continuation.follower import off_multiplier
+from stickslip.analysis.maps.protocol import Floats, MapND, domain_width, lengths, turned_near
+from stickslip.analysis.orbits.newton import padded, polish_on, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
 from stickslip.numerics.continuation import lagrange_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from stickslip.analysis.continuation.curve import Curve
-    from stickslip.analysis.maps.protocol import Floats
 
 BEHIND: Final = 3  # places before a value, passed or known, that foretell it
 AHEAD: Final = 2  # known places ahead that do
@@ -56,8 +54,8 @@ class SampledOrbit:
 
     @property
     def side(self) -> float:
-        """On which side of 1 the multiplier is: the sign of det(M - 1)."""
-        return _beside_one(self.multipliers[len(self.multipliers) // 2])
+        """On which side of 1 the multiplier is: det(M - 1)."""
+        return off_multiplier(self.multipliers[len(self.multipliers) // 2], 1.0)
 
     def foretell(self, value: float, passed: list[tuple[float, Floats]]) -> Floats:
         """Interpolate to a parameter value through places passed and known places ahead."""
@@ -84,10 +82,6 @@ class SampledOrbit:
         if self.roots[1] and high - q[-1] <= reach:
             return np.sqrt(np.maximum(high - q, 0.0))
         return q
-
-
-def _beside_one(multipliers: Any) -> float:
-    return float(np.sign(np.prod(np.atleast_1d(multipliers) - 1.0).real))
 
 
 # ------------------------------------------------------------------ at every value
@@ -156,7 +150,7 @@ def _is_the_orbit(
     if not np.isfinite(multipliers).all():
         return False
     sampled = course.sampled
-    if _beside_one(multipliers) * sampled.side < 0:
+    if off_multiplier(multipliers, 1.0) * sampled.side < 0:
         return False  # the other orbit of a fold
     last = course.passed[-1][1] if course.passed else sampled.points[0]
     way, off = (np.abs((now - other) / width).max() for other in (last, guess))

@@ -348,13 +348,11 @@ def lyapunov_spectra(
         part = work.part(k / len(values), (k + 1) / len(values))
         spectrum, here = _spectrum(f, here if f.contains(here) else start, n, skip, part)
         found.append(spectrum)
+    columns = ("values", "errors", "dimension", "dimension_error")
     return LyapunovSpectra(
         parameter=parameter,
         at=values.copy(),
-        values=np.array([each.values for each in found]),
-        errors=np.array([each.errors for each in found]),
-        dimension=np.array([each.dimension for each in found]),
-        dimension_error=np.array([each.dimension_error for each in found]),
+        **{name: np.array([getattr(each, name) for each in found]) for name in columns},
         n=n,
         transient=skip,
         parameters={key: v for key, v in family.parameters.items() if key != parameter},

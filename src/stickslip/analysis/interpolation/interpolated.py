@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.laps import Cells
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.interpolation._kernels import (
     SQUARE_ROOT_LEFT,
     SQUARE_ROOT_RIGHT,
@@ -25,19 +25,17 @@ from stickslip.analysis.maps.protocol import (
     PointValues,
     checked_points,
     sample,
+    shaped,
     values_and_slopes,
 )
 from stickslip.numerics.arrays import interval_of
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Integers, Labels, Map1D
 
-    Bools = NDArray[np.bool_]
-    Integers = NDArray[np.int64]
 
 FIT: Final = 1e-9  # of the range of values: cells are halved until their polynomials err less
 HALVES: Final = 4.0  # factor by which halving a cell reduces its error at least (16 if smooth)
@@ -95,7 +93,7 @@ class InterpolatedMap:
     def evaluate(self, x: ArrayLike, /) -> PointValues:
         """Return value, derivative, label and status at points of the domain."""
         points = checked_points(self.domain, x)
-        flat, shape = points.ravel(), points.shape
+        flat = points.ravel()
         value, slope, cell = self._by_cells(flat)
         known = cell >= 0
         label = np.zeros(flat.shape, dtype=np.uint64)
@@ -105,13 +103,7 @@ class InterpolatedMap:
             why = self._statuses(flat[~known])
             asked = self._are_unknown(flat[~known])
             status[~known] = np.where(asked, np.where(np.isnan(value[~known]), UNDEFINED, OK), why)
-        return PointValues(
-            value.reshape(shape),
-            slope.reshape(shape),
-            label.reshape(shape),
-            status.reshape(shape),
-            np.full(shape, np.nan),
-        )
+        return shaped(points.shape, value, slope, label, status, np.full(flat.shape, np.nan))
 
     def _statuses(self, x: Floats) -> Integers:
         gaps = self.table.gaps
@@ -220,7 +212,7 @@ class _Construction:
     def _wide(self) -> Bools:
         return np.asarray(self.cells.x1 - self.cells.x0 > NARROW * self.table.resolution)
 
-    def _halve(self, k: NDArray[np.intp]) -> None:
+    def _halve(self, k: Indices) -> None:
         """Compare cells with the true map in their middles and cut them there."""
         cells = self.cells.take(k)
         x = 0.5 * (cells.x0 + cells.x1)
@@ -251,7 +243,7 @@ class _Construction:
         self.label = np.concatenate([self.label[keep], own, own])[order]
 
     def _better_kind(
-        self, k: NDArray[np.intp], cells: Cells, x: Floats, value: Floats, slope: Floats
+        self, k: Indices, cells: Cells, x: Floats, value: Floats, slope: Floats
     ) -> tuple[Integers, Floats, Floats]:
         """Choose the kinds that predict the middles best; return also their errors and cubics'."""
         best = self.kind[k].copy()
@@ -292,7 +284,7 @@ class _Construction:
         return max(off, float(np.max(self.error[wide])))
 
 
-def _predicted_errors(cells: Cells, lap: NDArray[np.intp]) -> Floats:
+def _predicted_errors(cells: Cells, lap: Indices) -> Floats:
     """Errors of cubics: two cells predict the node between them; unknown at the ends of laps."""
     first, last = cells.take(np.arange(len(lap) - 1)), cells.take(np.arange(1, len(lap)))
     both = Cells(first.x0, last.x1, first.v0, last.v1, first.s0, last.s1)

@@ -5,15 +5,13 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analysis.maps.protocol import FamilyND, Map1D, MapFamily, MapND, Modelled
+from stickslip.analysis.maps.protocol import FamilyND, Floats, Map1D, MapFamily, MapND, Modelled
 from stickslip.checks import checked_interval, finite_number, parameter_name, real_numbers, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import ArrayLike
-
-    from stickslip.analysis.maps.protocol import Floats
 
 
 def map_of(f: object) -> Any:

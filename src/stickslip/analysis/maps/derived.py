@@ -20,7 +20,7 @@ from stickslip.analysis.maps.protocol import (
     sample,
     values_and_slopes,
 )
-from stickslip.checks import MOST_KEPT, checked_interval, whole_number
+from stickslip.checks import MOST_KEPT, Many, checked_interval, whole_number
 from stickslip.results.files import register_part
 from stickslip.status import OK
 
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.maps.protocol import Floats, MapValues
-    from stickslip.checks import Many
 
 
 class LineMap:

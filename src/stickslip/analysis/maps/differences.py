@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
@@ -10,11 +10,12 @@ from stickslip.numerics.arrays import EPS, GOLDEN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Any
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Bools, Floats
+
+    Usable: TypeAlias = Callable[[Floats, Floats], Bools] | None
 
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
 FIRST_STEP: Final = 1 / 64  # of the scale
@@ -43,18 +44,14 @@ def extrapolated_difference(
     func: Callable[[Floats], Floats],
     x: Floats,
     scale: float,
-    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
+    usable: Usable = None,
     n_steps: int = N_STEPS,
 ) -> tuple[Floats, Floats]:
     """Return slopes and errors by Ridders' method: differences at shrinking steps, extrapolated."""
     # Differences are one-sided where one neighbour is usable. Steps across an unmarked jump lose
     # by themselves.
-    h, forward, backward = _neighbours(func, x, scale, usable, n_steps)
-    centre = func(x)
-    ahead, behind = (forward - centre) / h, (centre - backward) / h
-    central = np.where(
-        _sides_meet(ahead, behind, centre, h), (forward - backward) / (2 * h), np.nan
-    )
+    h, centre, (ahead, behind, central) = _rises(func, x, scale, usable, n_steps)
+    central = np.where(_sides_meet(ahead, behind, centre, h), central, np.nan)
     candidates = [(central, 2), (ahead, 1), (behind, 1)]
     rounding = EPS * np.abs(centre) / h
     slope, error = np.full(x.shape, np.nan), np.full(x.shape, np.inf)
@@ -66,22 +63,15 @@ def extrapolated_difference(
 
 
 def unlike(
-    func: Callable[[Floats], Floats],
-    x: Floats,
-    scale: float,
-    slope: Floats,
-    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None = None,
-) -> NDArray[np.bool_]:
+    func: Callable[[Floats], Floats], x: Floats, scale: float, slope: Floats, usable: Usable = None
+) -> Bools:
     """Tell where a slope that was given is not that of the values: no difference comes near."""
-    h, forward, backward = _neighbours(func, x, scale, usable, N_STEPS)
-    centre = func(x)
-    rises = ((forward - centre) / h, (centre - backward) / h, (forward - backward) / (2 * h))
-    differences = np.concatenate(rises)
+    differences = np.concatenate(_rises(func, x, scale, usable, N_STEPS)[2])
     known = np.isfinite(differences).any(axis=0)
     return np.asarray(known & ~are_near(slope, differences).any(axis=0))
 
 
-def are_near(slope: Floats, differences: Floats) -> NDArray[np.bool_]:
+def are_near(slope: Floats, differences: Floats) -> Bools:
     """Tell where differences are those of a slope that was given."""
     with np.errstate(invalid="ignore"):
         return np.asarray(np.abs(differences - slope) <= LIKE * (1 + np.abs(differences)))
@@ -99,9 +89,7 @@ def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -
     return slope
 
 
-def unlike_parameter(
-    func: Callable[[Floats], Floats], now: float, slope: Floats
-) -> NDArray[np.bool_]:
+def unlike_parameter(func: Callable[[Floats], Floats], now: float, slope: Floats) -> Bools:
     """Tell where a slope in a parameter is not that of the values, in steps of 1 or of its size."""
     start, step = np.full(slope.shape, now), PARAMETER_STEP / FIRST_STEP
     wrong = [unlike(func, start, step * scale, slope) for scale in (1.0, abs(now) or 1.0)]
@@ -109,27 +97,27 @@ def unlike_parameter(
 
 
 def extrapolated_second_difference(
-    func: Callable[[Floats], Floats],
-    x: Floats,
-    scale: float,
-    usable: Callable[[Floats, Floats], NDArray[np.bool_]],
-    n_steps: int,
+    func: Callable[[Floats], Floats], x: Floats, scale: float, usable: Usable, n_steps: int
 ) -> tuple[Floats, Floats]:
     """Differentiate twice, as `extrapolated_difference` once; both neighbours must be usable."""
-    h, forward, backward = _neighbours(func, x, scale, usable, n_steps)
-    centre = func(x)
+    h, centre, forward, backward = _neighbours(func, x, scale, usable, n_steps)
     second = (forward - 2 * centre + backward) / h**2
     return _best_entry(second, h**2, 4 * EPS * np.abs(centre) / h**2)
 
 
+def _rises(
+    func: Callable[[Floats], Floats], x: Floats, scale: float, usable: Usable, n_steps: int
+) -> tuple[Floats, Floats, tuple[Floats, Floats, Floats]]:
+    """Return steps, values at x, and differences ahead, behind and across."""
+    h, centre, forward, backward = _neighbours(func, x, scale, usable, n_steps)
+    across = (forward - backward) / (2 * h)
+    return h, centre, ((forward - centre) / h, (centre - backward) / h, across)
+
+
 def _neighbours(
-    func: Callable[[Floats], Floats],
-    x: Floats,
-    scale: float,
-    usable: Callable[[Floats, Floats], NDArray[np.bool_]] | None,
-    n_steps: int,
-) -> tuple[Floats, Floats, Floats]:
-    """Return steps, (k, 1), and values so far above and below x, (k, n); NaN if not usable."""
+    func: Callable[[Floats], Floats], x: Floats, scale: float, usable: Usable, n_steps: int
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return steps, (k, 1), values at x, and so far above and below, (k, n); NaN if not usable."""
     # ``usable(x, points)`` tells which points lie on the branch of x.
     size, exponent = np.frexp(scale * FIRST_STEP * SHORTER ** np.arange(n_steps))
     steps: Floats = np.ldexp(np.rint(np.ldexp(size, SIGNIFICANT)), exponent - SIGNIFICANT)
@@ -139,10 +127,10 @@ def _neighbours(
     if usable is not None:
         good &= usable(np.broadcast_to(x, points.shape).ravel(), points.ravel())
     values = np.where(good, values, np.nan).reshape(points.shape)
-    return steps[:, None], values[0::2], values[1::2]
+    return steps[:, None], func(x), values[0::2], values[1::2]
 
 
-def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> NDArray[np.bool_]:
+def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> Bools:
     """Tell where the slopes to either side approach each other: a symmetric cusp has slopes ±s."""
     with np.errstate(invalid="ignore"):
         split = np.abs(ahead - behind)

@@ -44,10 +44,6 @@ class Formulas:
         """Compute values; at a breakpoint that of the branch on the right."""
         return self.pieces(x, parameters, self.branches)
 
-    def slope(self, by: str) -> Slope:
-        """Return the derivative by x or a parameter, as a function like the map."""
-        return Slope(self, by)
-
     def pieces(
         self, x: Any, parameters: Mapping[str, float], branches: Sequence[Callable[..., Any]]
     ) -> Floats:
@@ -72,7 +68,7 @@ class Formulas:
 
 @dataclass(frozen=True)
 class Slope:
-    """The derivative of formulas by x or a parameter."""
+    """The derivative of formulas by x or a parameter, as a function like the map."""
 
     formulas: Formulas
     by: str

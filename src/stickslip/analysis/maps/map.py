@@ -45,9 +45,9 @@ from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from stickslip.analysis.maps.protocol import Floats
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels
 
 Pairs: TypeAlias = Sequence[tuple[float, float] | None]
 
@@ -78,9 +78,7 @@ class NumericFunction:
         ]
         return np.stack(columns, axis=-1).reshape(*x.shape, n)
 
-    def deny(
-        self, x: Floats, jacobians: Floats, arguments: Mapping[str, float]
-    ) -> NDArray[np.bool_]:
+    def deny(self, x: Floats, jacobians: Floats, arguments: Mapping[str, float]) -> Bools:
         """Tell which entries of Jacobians at points (..., n) are not those of the values."""
         columns = [
             unlike(*self._along(x, k, arguments), jacobians[..., k].ravel())
@@ -277,7 +275,7 @@ class Map(UserMap):
 
     # ------------------------------------------------------------------ values
 
-    def contains(self, x: ArrayLike, /) -> NDArray[np.bool_]:
+    def contains(self, x: ArrayLike, /) -> Bools:
         """Tell which points are finite and in the domain, shape (...); an angle always is."""
         points = reduced(self, self._points(x))
         low, high = self._domain.T
@@ -420,7 +418,7 @@ class Map(UserMap):
             )
         return given
 
-    def _labels(self, x: Floats) -> NDArray[np.uint64]:
+    def _labels(self, x: Floats) -> Labels:
         if self._label is not None:
             with np.errstate(all="ignore"):
                 given = np.asarray(self._label(x, **self._parameters))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias, overload
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from stickslip.analysis.maps.differences import (
     unlike,
     unlike_parameter,
 )
-from stickslip.analysis.maps.formulas import VARIABLE, Formulas, formulas_of
-from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points
+from stickslip.analysis.maps.formulas import VARIABLE, Formulas, Slope, formulas_of
+from stickslip.analysis.maps.protocol import UNDEFINED, PointValues, checked_points, shaped
 from stickslip.analysis.maps.user_function import (
     Function,
     UserMap,
@@ -30,19 +30,15 @@ from stickslip.analysis.maps.user_function import (
     checked_parameters,
     takes_arrays,
 )
-from stickslip.checks import checked_interval, real_numbers, shown
+from stickslip.checks import Many, checked_interval, real_numbers, shown
 from stickslip.numerics.arrays import GOLDEN
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from typing import Self
+    from numpy.typing import ArrayLike
 
-    from numpy.typing import ArrayLike, NDArray
-
-    from stickslip.analysis.maps.protocol import Floats, Labels
-    from stickslip.checks import Many
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels
 
 Breakpoints: TypeAlias = Sequence[float | str] | Callable[..., Sequence[float]]
 
@@ -133,8 +129,8 @@ class PiecewiseMap(UserMap, EvaluatedMap):
                 if given is not None:
                     raise ValueError(f"{role} goes with a callable: formulas bring their own.")
             function = formulas_of(func, breakpoints, self._parameters)
-            ends, derivative = function.edges, function.slope(VARIABLE)
-            parameter_derivative = {name: function.slope(name) for name in self._parameters}
+            ends, derivative = function.edges, Slope(function, VARIABLE)
+            parameter_derivative = {name: Slope(function, name) for name in self._parameters}
         self._func: Function = function
         self._given_derivative = derivative
         self._given_parameter_derivative = parameter_derivative
@@ -243,14 +239,9 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         slope = np.full(flat.shape, np.nan)
         if ok.any():
             slope[ok] = self._slopes(flat[ok])
-        shape = points.shape
-        return PointValues(
-            np.where(ok, value, np.nan).reshape(shape),
-            slope.reshape(shape),
-            self._labels(flat).reshape(shape),
-            np.where(ok, OK, UNDEFINED).astype(np.int64).reshape(shape),
-            self._margins(flat).reshape(shape),
-        )
+        status = np.where(ok, OK, UNDEFINED).astype(np.int64)
+        what = np.where(ok, value, np.nan), slope, self._labels(flat), status, self._margins(flat)
+        return shaped(points.shape, *what)
 
     @overload
     def parameter_derivative(self, x: float, name: str, /) -> float: ...
@@ -328,7 +319,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
             return np.full(x.shape, np.nan)
         return np.abs(x[:, None] - self._breakpoints).min(axis=1)
 
-    def _same_branch(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    def _same_branch(self, x: Floats, y: Floats) -> Bools:
         inside = (y >= self._domain[0]) & (y <= self._domain[1])
         return inside & (self._labels(x) == self._labels(y))
 
@@ -427,12 +418,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
             self._refuse(role, slope, x, wrong, partial(self._parameter_differences, name=name))
 
     def _refuse(
-        self,
-        role: str,
-        slope: Floats,
-        x: Floats,
-        wrong: NDArray[np.bool_],
-        known: Callable[[Floats], Floats],
+        self, role: str, slope: Floats, x: Floats, wrong: Bools, known: Callable[[Floats], Floats]
     ) -> None:
         if not wrong.any():
             return

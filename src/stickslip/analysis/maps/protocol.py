@@ -27,6 +27,9 @@ from stickslip.results.table import numbered
 from stickslip.status import OK
 
 Floats: TypeAlias = NDArray[np.float64]
+Bools: TypeAlias = NDArray[np.bool_]
+Indices: TypeAlias = NDArray[np.intp]
+Integers: TypeAlias = NDArray[np.int64]
 Labels: TypeAlias = NDArray[np.uint64]
 Codes: TypeAlias = NDArray[np.integer[Any]]
 
@@ -37,6 +40,7 @@ UNDEFINED: Final = -1  # the map's function returned NaN there: a gap
 OUTSIDE: Final = -2  # the argument is NaN or outside the domain: an orbit that has left
 
 SAME: Final = 1e-12  # of a domain's width: positions so close agree, but for rounding
+EXACT: Final = 1e-13  # ... and those of one orbit or break that was solved for agree so well
 REMEMBERED: Final = 64  # tables and breaks kept, 100 kB a table: a map is asked many questions
 DOMAIN_SLACK_ULP: Final = 4  # an argument this far outside the domain counts as its end
 
@@ -156,7 +160,7 @@ class MapND(Protocol):
     def dimension(self) -> int:
         """The n."""
 
-    def contains(self, x: ArrayLike, /) -> NDArray[np.bool_]:
+    def contains(self, x: ArrayLike, /) -> Bools:
         """Tell which points are in the domain, shape (...); False for NaN."""
 
     def spread(self, count: int, /) -> Floats:
@@ -178,10 +182,10 @@ class PointValues(Result):
     value: Floats
     derivative: Floats
     label: Labels
-    status: NDArray[np.int64]
+    status: Integers
     margin: Floats
     # Of each motion, if the map is one of motions.
-    n_events: NDArray[np.int64] = field(default_factory=lambda: np.zeros((), np.int64))
+    n_events: Integers = field(default_factory=lambda: np.zeros((), np.int64))
     _drawn: ClassVar = ("point", "value")
 
     def _columns(self) -> dict[str, Any]:
@@ -194,7 +198,12 @@ class PointValues(Result):
         }
 
 
-def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def shaped(shape: tuple[int, ...], *columns: Any) -> PointValues:
+    """Return values of a map of the line, known at points in a row, in the points' own shape."""
+    return PointValues(*(column.reshape(shape) for column in columns))
+
+
+def clip_to_domain(domain: tuple[float, float], x: Floats) -> tuple[Floats, Bools]:
     """Return points, moved to the nearest end of the domain, and which lie inside, by a few ulp."""
     lo, hi = domain
     inside = (x >= lo) & (x <= hi)
@@ -322,7 +331,7 @@ def length(width: Any) -> Any:
     return np.exp2(10.0 * np.round(np.log2(width) / 10.0))
 
 
-def is_ok(values: MapValues) -> NDArray[np.bool_]:
+def is_ok(values: MapValues) -> Bools:
     """Return where a map has a value, so that slopes and labels there mean something."""
     return np.asarray(values.status) == OK
 

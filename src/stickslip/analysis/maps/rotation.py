@@ -20,8 +20,25 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
 
 
+class OrbitMean(Result):
+    """A mean along orbits, and how far off it may be: numbers, or arrays for several of them."""
+
+    value: Any
+    error: Any
+    _drawn: ClassVar = ("start", "value")
+    _has_picture: ClassVar = False
+
+    def __float__(self) -> float:
+        """Return the value alone."""
+        return float(self.value)
+
+    def _columns(self) -> dict[str, Any]:
+        value, error = np.ravel(self.value), np.ravel(self.error)
+        return {"start": np.arange(value.size) + 1, "value": value, "error": error}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class RotationNumber(Result):
+class RotationNumber(OrbitMean):
     """Mean turns per step of the angles of orbits.
 
     Attributes
@@ -37,12 +54,6 @@ class RotationNumber(Result):
     value: Any
     error: Any
     n: int
-    _drawn: ClassVar = ("start", "value")
-    _has_picture: ClassVar = False
-
-    def __float__(self) -> float:
-        """Return the value alone."""
-        return float(self.value)
 
     def __repr__(self) -> str:
         """Value ± error, one row for each angle of each orbit."""
@@ -51,10 +62,6 @@ class RotationNumber(Result):
             for value, error in zip(np.ravel(self.value), np.ravel(self.error), strict=True)
         ]
         return f"RotationNumber({'; '.join(rows)}, n={self.n})"
-
-    def _columns(self) -> dict[str, Any]:
-        value, error = np.ravel(self.value), np.ravel(self.error)
-        return {"start": np.arange(value.size) + 1, "value": value, "error": error}
 
 
 @waits

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from stickslip.checks import finite_number, instance, parameter_name, shown
 from stickslip.results.parts import equal
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from numpy.typing import NDArray
 
     from stickslip.analysis.maps.protocol import Floats, Labels

@@ -11,19 +11,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.branches.mesh import slope_extremes
-from stickslip.analysis.maps.protocol import domain_size
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, domain_size
 from stickslip.analysis.orbits.orbit import NearFold
 from stickslip.numerics.arrays import EPS, Columns
 from stickslip.numerics.zeros import MAX_STEPS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.branches.laps import Indices, Laps
+    from stickslip.analysis.branches.laps import Laps
     from stickslip.analysis.branches.pieces import Pieces
-    from stickslip.analysis.maps.protocol import Floats
 
-    Bools = NDArray[np.bool_]
 
 TOUCH: Final = 16 * EPS  # of the scale: f^p(x) - x this small may be 0
 FLAT: Final = 1e-13  # of the scale: where all of g is smaller nothing can be told

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.maps.protocol import apart, lengths, reduced, sample
-from stickslip.analysis.orbits.newton import monodromy, solve_orbits
+from stickslip.analysis.orbits.newton import Solutions, monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Labels, MapND
-    from stickslip.analysis.orbits.newton import Solutions
+    from stickslip.analysis.maps.protocol import Floats, Indices, Labels, MapND
 
 N_STARTS: Final = 256
 ROUNDS: Final = 5  # of seeds at most, each as many as all before
@@ -330,7 +329,7 @@ class _Pool:
         walks = self._walks(starts[count // ORBITS :], p)
         return np.concatenate([np.stack(orbits, axis=1), self.points[walks]])
 
-    def _walks(self, at: NDArray[np.intp], p: int) -> NDArray[np.intp]:
+    def _walks(self, at: Indices, p: int) -> Indices:
         """Pseudo-orbits (m, p): from a point to one of the r nearest to its image.
 
         With small r they shadow orbits; with all they are random sequences, which find the orbits

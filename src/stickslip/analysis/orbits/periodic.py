@@ -12,12 +12,26 @@ from typing import TYPE_CHECKING, Any, Final, overload
 import numpy as np
 
 from stickslip.analysis.branches.discontinuities import Unresolved
-from stickslip.analysis.branches.pieces import TooManyPiecesError, pieces_of_powers
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.pieces import Pieces, TooManyPiecesError, pieces_of_powers
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
-from stickslip.analysis.maps.protocol import MapND, domain_size, sample, values_and_slopes
-from stickslip.analysis.orbits.diagonal import TOUCH, brackets_on_diagonal, forward_orbits
-from stickslip.analysis.orbits.newton import Polished, polish
+from stickslip.analysis.maps.protocol import (
+    EXACT,
+    SAME,
+    Bools,
+    Floats,
+    Indices,
+    Labels,
+    Map1D,
+    MapND,
+    MapValues,
+    Modelled,
+    domain_size,
+    sample,
+    values_and_slopes,
+)
+from stickslip.analysis.orbits.diagonal import TOUCH, Brackets, brackets_on_diagonal, forward_orbits
+from stickslip.analysis.orbits.newton import ROUNDINGS, Polished, polish
 from stickslip.analysis.orbits.orbit import (
     JumpCrossing,
     NearFold,
@@ -36,16 +50,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.branches.laps import Indices, Laps
-    from stickslip.analysis.branches.pieces import Pieces
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapValues, Modelled
-    from stickslip.analysis.orbits.diagonal import Bools, Brackets
+    from stickslip.analysis.branches.laps import Laps
 
-SAME: Final = 1e-13  # of the scale, beside the points' errors: orbits that coincide
-BORDER: Final = 1e-12  # of the scale: a point this close to a break, or an end of it, is there
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
-ROUNDING: Final = 4 * EPS  # of the scale: of one evaluation
 
 
 @overload
@@ -217,7 +224,7 @@ class _Search:
         self.near_folds += near_folds
         brackets, found = self._solved(brackets)
         error = np.where(np.isfinite(found.error), found.error, 0.0)
-        minimal = ~found.repeats(4 * error + SAME * self.scale)
+        minimal = ~found.repeats(4 * error + EXACT * self.scale)
         brackets, found = brackets.take(minimal), found.take(minimal)
         for k in self._distinct(found):
             if not self._is_on_border(brackets.word[k], found.points[k]):
@@ -272,7 +279,7 @@ class _Search:
 
     def _polished(self, brackets: Brackets, points: Floats) -> Polished:
         lap = brackets.word.ravel()
-        slack = SAME * self.scale
+        slack = EXACT * self.scale
         lo, hi = self.table.f.domain
         lower = np.maximum(np.minimum(brackets.left, brackets.right)[:, :-1] - slack, lo)
         upper = np.minimum(np.maximum(brackets.left, brackets.right)[:, :-1] + slack, hi)
@@ -304,7 +311,7 @@ class _Search:
         order = np.argsort(points[:, 0], kind="stable")
         kept: list[int] = []
         for k in order:
-            slack = 2 * (error[k] if np.isfinite(error[k]) else 0.0) + SAME * self.scale
+            slack = 2 * (error[k] if np.isfinite(error[k]) else 0.0) + EXACT * self.scale
             for j in reversed(kept):
                 if points[k, 0] - points[j, 0] > slack:
                     kept.append(int(k))
@@ -319,7 +326,7 @@ class _Search:
 
     def _is_on_border(self, word: Indices, points: Floats) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
-        period, slack = len(points), BORDER * self.scale
+        period, slack = len(points), SAME * self.scale
         for lap, x in zip(word, points.tolist(), strict=True):
             for number in (self.laps.end_left[lap], self.laps.end_right[lap]):
                 if not self.table.matters(number):
@@ -353,7 +360,7 @@ class _Search:
 
     def add_jump_orbits(self, pieces: Pieces) -> None:
         """Add all infinitely unstable orbits of one period, but for those on an end of a jump."""
-        table, slack = self.table, BORDER * self.scale
+        table, slack = self.table, SAME * self.scale
         crossings: list[tuple[Breakpoint, Floats, Indices]] = []
         for number, jump in enumerate(table.breakpoints):
             if jump.kind != "jump":
@@ -401,7 +408,7 @@ def _orbit(
     """Describe the orbit d, y, f(y), ..., with f of its last point d."""
     points = np.roll(path, 1)
     residual = np.abs(images - np.roll(points, -1)[1:])
-    error = _errors(slopes, residual, ROUNDING * domain_size(table.f))
+    error = _errors(slopes, residual, ROUNDINGS * EPS * domain_size(table.f))
     labels = table.labels_at(points)
     texts = [table.text(int(label)) for label in labels]
     texts[0] = f"{table.text(jump.left_label)} | {table.text(jump.right_label)}"

@@ -132,42 +132,35 @@ def smallest_impulses(near: Surroundings, n_sizes: int) -> tuple[Impulse, ...]:
     points = near.points[::every][:FEW]
     sizes = np.geomspace(*SIZES, n_sizes)
     return tuple(
-        _Search(near, after, block, sense).smallest(points, sizes)
+        _smallest(near, after, block, sense, points, sizes)
         for block in range(1, f.n_impulses + 1)
         for sense in (-1.0, 1.0)
     )
 
 
-class _Search:
-    """Impulses of one block in one sense."""
+def _smallest(
+    near: Surroundings, after: Any, block: int, sense: float, points: Floats, sizes: Floats
+) -> Impulse:
+    """Go through ascending sizes at all points; bisect below the first that leads away."""
 
-    def __init__(self, near: Surroundings, after: Any, block: int, sense: float) -> None:
-        self.near, self.after, self.block, self.sense = near, after, block, sense
-
-    def fate(self, point: Floats, size: float) -> int:
+    def fate(point: Floats, size: float) -> int:
         """Whose basin the motion lands in."""
-        one = point if len(point) > 1 else point[0]
-        landed = self.after(one, self.block, self.sense * size)
-        return int(self.near.fate(np.reshape(landed, (1, -1)))[0])
+        landed = after(point if len(point) > 1 else point[0], block, sense * size)
+        return int(near.fate(np.reshape(landed, (1, -1)))[0])
 
-    def smallest(self, points: Floats, sizes: Floats) -> Impulse:
-        """Go through ascending sizes at all points; bisect below the first that leads away."""
-        tested, below = 0, 0.0
-        for size in sizes.tolist():
-            found = []
-            for point in points:
-                if self.fate(point, size) not in (self.near.k, UNDECIDED):
-                    found.append(self._bisected(point, below, size))
-                else:
-                    tested += 1
-            if found:
-                high, low, point, into = min(found, key=lambda each: each[0])
-                at = tuple(point.tolist())
-                return Impulse(self.block, self.sense * high, high - low, at, into, tested)
-            below = size
-        nowhere = (math.nan,) * points.shape[1]
-        return Impulse(self.block, math.nan, math.nan, nowhere, UNDECIDED, tested)
+    def bisected(point: Floats, low: float, high: float) -> tuple[float, float, Floats, int]:
+        low, high = halved(lambda by: fate(point, by) == near.k, low, high, HALVINGS)
+        return high, low, point, fate(point, high)
 
-    def _bisected(self, point: Floats, low: float, high: float) -> tuple[float, float, Floats, int]:
-        low, high = halved(lambda by: self.fate(point, by) == self.near.k, low, high, HALVINGS)
-        return high, low, point, self.fate(point, high)
+    tested, below = 0, 0.0
+    for size in sizes.tolist():
+        away = [point for point in points if fate(point, size) not in (near.k, UNDECIDED)]
+        tested += len(points) - len(away)
+        if away:
+            found = (bisected(point, below, size) for point in away)
+            high, low, point, into = min(found, key=lambda each: each[0])
+            at = tuple(point.tolist())
+            return Impulse(block, sense * high, high - low, at, into, tested)
+        below = size
+    nowhere = (math.nan,) * points.shape[1]
+    return Impulse(block, math.nan, math.nan, nowhere, UNDECIDED, tested)

@@ -20,8 +20,8 @@ from stickslip.analysis.attractors.basins import basins
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate
 from stickslip.analysis.attractors.in_space.fractions import Known, searched_along
 from stickslip.analysis.maps.arguments import checked_parameter, line_family, line_map, map_of
-from stickslip.analysis.maps.protocol import FamilyND, MapND
-from stickslip.analysis.safety.kicks import Escape, Impulse, escape, smallest_impulses
+from stickslip.analysis.maps.protocol import FamilyND, Floats, Map1D, MapFamily, MapND, Modelled
+from stickslip.analysis.safety.kicks import Distribution, Escape, Impulse, escape, smallest_impulses
 from stickslip.analysis.safety.surroundings import Displacement, LineSurroundings, SpaceSurroundings
 from stickslip.analysis.work import Work
 from stickslip.checks import (
@@ -36,7 +36,7 @@ from stickslip.checks import (
 )
 from stickslip.numerics.waiting import waits
 from stickslip.results.parts import part
-from stickslip.results.result import Result, ResultList
+from stickslip.results.result import ResultList, ResultRow
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -44,8 +44,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, Modelled
-    from stickslip.analysis.safety.kicks import Distribution
     from stickslip.analysis.safety.surroundings import Surroundings
 
 LATE: Final = 0.95  # quantile of the times to settle
@@ -82,7 +80,7 @@ class Settling(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Safety(Result):
+class Safety(ResultRow):
     """How safe an attractor is.
 
     Attributes
@@ -154,10 +152,10 @@ class Safety(Result):
             )
         return "\n".join(lines)
 
-    def _columns(self) -> dict[str, Any]:
+    def _facts(self) -> tuple[Any, ...]:
         near, blow, out = self.displacement, self.impulse, self.escape
         nothing = Estimate(math.nan, math.nan)
-        row = (
+        return (
             *(self.value, self.attractor.kind, self.attractor.period, *self.share),
             *(near.size, near.error, near.into, near.tested),
             *((blow.by, blow.error, blow.block) if blow else (math.nan, math.nan, 0)),
@@ -166,7 +164,6 @@ class Safety(Result):
             *(out.mean if out else nothing),
             *(out.escaped if out else nothing),
         )
-        return {name: [fact] for name, fact in zip(self._column_names, row, strict=True)}
 
 
 def _said(settling: Settling, share: float) -> str:

@@ -8,7 +8,7 @@ from tests.sizes import tries
 
 import stickslip as ss
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Meeting
-from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together, turned
+from stickslip.analysis.bifurcations.conditions.locate import solve_together, turned
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 

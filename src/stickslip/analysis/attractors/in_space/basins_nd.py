@@ -18,7 +18,7 @@ from stickslip.analysis.attractors.in_space.fates import (
     cells_of,
     fates,
 )
-from stickslip.analysis.maps.protocol import orbits
+from stickslip.analysis.maps.protocol import Floats, MapND, orbits
 from stickslip.checks import MOST_VALUES, finite_number, one_each, shown, whole_number
 from stickslip.checks import grid as checked_values
 from stickslip.results.parts import part
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stickslip.analysis.maps.protocol import Floats, MapND
     from stickslip.analysis.work import Work
 
     Integers = NDArray[np.int16]

@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.map import kernels_of
-from stickslip.analysis.maps.protocol import reduced, sample, turns
+from stickslip.analysis.maps.protocol import Floats, Integers, MapND, reduced, sample, turns
 from stickslip.analysis.work import Work
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.attractors.attractor import AttractorListND
-    from stickslip.analysis.maps.protocol import Floats, MapND
 
-    Integers = NDArray[np.int64]
     Labels = NDArray[np.int16]
 
 HITS: Final = 10  # steps in a row in an attractor's cells, at first: the orbit has come to it

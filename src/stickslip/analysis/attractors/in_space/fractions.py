@@ -20,7 +20,7 @@ from stickslip.analysis.attractors.in_space.fates import (
 )
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.maps.arguments import checked_parameter, map_of
-from stickslip.analysis.maps.protocol import FamilyND, apart
+from stickslip.analysis.maps.protocol import FamilyND, Floats, Modelled, apart
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, grid, shown, whole_number
 from stickslip.numerics.waiting import waits
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import AttractorListND
     from stickslip.analysis.attractors.in_space.fates import Cells, Labels
-    from stickslip.analysis.maps.protocol import Floats, Modelled
 
 MATCHED: Final = 32  # points of an attractor that are followed at the next value
 

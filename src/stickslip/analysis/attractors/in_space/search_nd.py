@@ -134,9 +134,8 @@ class Search:
     def _cycle(self, orbit: PeriodicOrbitND) -> int:
         for k, known in enumerate(self.sets):
             other = known.orbit
-            if other is not None and other.period == orbit.period:
-                if same_points(self.f, other.points, orbit.points):
-                    return k
+            if other is not None and same_points(self.f, other.points, orbit.points):
+                return k
         self.sets.append(_Set(orbit.points, orbit, 1.0, self._tree(orbit.points)))
         return len(self.sets) - 1
 

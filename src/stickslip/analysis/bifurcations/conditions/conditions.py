@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.orbit_paths import (
+    SHARP,
     STEP,
     Path,
     follow_orbit,
@@ -28,17 +29,15 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import (
     slope_one,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
-from stickslip.analysis.maps.protocol import MapFamily, domain_width, sample
+from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, domain_width, sample
 from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS
 from stickslip.numerics.arrays import EPS
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
-    from stickslip.analysis.maps.protocol import Floats, Map1D
 
 NEARBY: Final = 1e-3  # of the domain: no stationary point is looked for further away
-SETTLED: Final = 1e-15  # of the domain: a shorter step is rounding
 
 
 def stationary_in_parameter(
@@ -58,7 +57,7 @@ def stationary_in_parameter(
         step = -float(rates[1]) / mixed if mixed != 0 else math.inf
         if not abs(x + step - start) <= NEARBY * scale:
             break
-        if abs(step) <= SETTLED * scale or abs(step) >= 0.5 * abs(last):
+        if abs(step) <= SHARP * scale or abs(step) >= 0.5 * abs(last):
             shift = ROUNDINGS * EPS * size / abs(mixed) + float(np.spacing(abs(x)))
             noise = ROUNDINGS * EPS * p * abs(path.slope) + abs(curvature) * shift
             return path, curvature, mixed, noise
@@ -197,7 +196,7 @@ class Collision:
     period: int
     border: Critical  # at a turning point the orbit is superstable
     side: int  # -1: c is approached from the left, 1: from the right
-    # where a symmetry makes several collisions one condition: the rest (`simultaneous`)
+    # where a symmetry makes several collisions one condition: the rest (`solve_together`)
     others: tuple[Meeting, ...] = ()
 
     def at(self, f: Map1D) -> Reading:

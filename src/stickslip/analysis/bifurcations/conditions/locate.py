@@ -1,14 +1,15 @@
-"""Zeros of a condition along one number: bracketed, or from a guess."""
+"""Zeros of a condition along one number: bracketed, or from a guess; of several at once."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Meeting
 from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.continuation.half_period import MAX_SECANT
 from stickslip.numerics.zeros import MAX_ROUNDS
@@ -25,6 +26,7 @@ ABOVE_NOISE: Final = 1e3  # times the noise: values fit for a slope
 WIDEST: Final = 64.0  # times the step: how far from its guess a secant may go
 SPAN: Final = 1e-4  # of a bracket, or of a step: where a slope is taken if no value is fit
 NEARBY: Final = 64.0  # ulp: values closer to a zero than that tell no slope, or may be it
+ERRORS: Final = 8.0  # by which two values of one event may differ
 
 
 @dataclass(frozen=True)
@@ -257,3 +259,43 @@ def _proposal(g: Readings, a: float, b: float, c: float) -> float:
             + c * ga * gb / ((gc - ga) * (gc - gb))
         )
     return b - gb * (b - a) / (gb - ga)
+
+
+# ------------------------------------------------------------------ several collisions at once
+
+# Several points of an orbit may collide with breaks of their own at one parameter value: a symmetry
+# makes that one condition (docs/theory/reversing_symmetry.md). That of the first border is solved,
+# the other branches continued a little, and each of the others must give the same value.
+
+
+def solve_together(
+    condition: Condition, at: MapAt, guess: float, *, step: float, within: tuple[float, float]
+) -> Located:
+    """Solve near a guess; a collision with all those of its ``others`` that happen there, too."""
+    found = solve_near(condition, at, guess, step=step, within=within)
+    joint = found.reading.condition
+    if not isinstance(joint, Collision):
+        return found
+    kept = tuple(
+        other for k, other in enumerate(joint.others) if _agrees(turned(joint, k), at, found, step)
+    )
+    if len(kept) == len(joint.others):
+        return found
+    return solve_together(replace(joint, others=kept), at, found.value, step=step, within=within)
+
+
+def turned(condition: Collision, number: int) -> Collision:
+    """Return the same collision, counted from another border on."""
+    first, p = condition.others[number], condition.period
+    own = Meeting(0, condition.border, condition.side)
+    rest = (own, *condition.others[:number], *condition.others[number + 1 :])
+    others = tuple(replace(one, place=(one.place - first.place) % p) for one in rest)
+    return Collision(p, first.border, first.side, others)
+
+
+def _agrees(condition: Collision, at: MapAt, found: Located, step: float) -> bool:
+    """Tell whether a condition vanishes where another one does, within both errors."""
+    other = found_near(condition, at, found.value, step=step)
+    if other is None:
+        return False
+    return abs(other.value - found.value) <= ERRORS * (found.error + other.error)

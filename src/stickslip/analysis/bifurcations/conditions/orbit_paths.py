@@ -6,25 +6,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
+from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
+from stickslip.analysis.maps.protocol import Map1D, advance, domain_width, sample, values_and_slopes
 from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS, SAME, polish_on
 from stickslip.numerics.arrays import EPS
-
-if TYPE_CHECKING:
-    from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.maps.protocol import Map1D
 
 Others: TypeAlias = "Mapping[int, tuple[CriticalReading, int]]"
 
 STEP: Final = 1e-7  # of the domain: derivatives are differences over it, Taylor's formula holds
 FINEST: Final = 1e-11  # of the domain: ... or at least this far, where that is needed
 SLOW: Final = 0.1  # reduction of the error by one step that tells of a good second derivative
-SHARP: Final = 1e-15  # of the domain: what a last step may still add to f^p(x) - x
+SHARP: Final = 1e-15  # of the domain: a step so short, or what one adds to f^p(x) - x, is rounding
 FARTHEST: Final = 0.02  # of the domain: longest step of Newton's method
 
 

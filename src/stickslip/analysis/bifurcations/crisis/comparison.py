@@ -13,14 +13,12 @@ import numpy as np
 from stickslip.analysis.attractors.attractors import MAX_PERIOD, attractors_of
 from stickslip.analysis.attractors.bands import common
 from stickslip.analysis.bifurcations.accounting import Look
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import interpolated_map
+from stickslip.analysis.branches.table import BranchTable, branch_table
+from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor, AttractorList
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.interpolation.interpolated import InterpolatedMap
     from stickslip.analysis.maps.protocol import Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 

@@ -6,7 +6,7 @@ Yorke, Physica D 7, 181, 1983); a zero counts if the attractors on both its side
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.bifurcations.accounting import BESIDE, Look, may_be_asked, of_cascade
-from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
-from stickslip.analysis.bifurcations.conditions.locate import found_near, solve_near
+from stickslip.analysis.bifurcations.conditions.conditions import Condition, Connection, Contact
+from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt, found_near, solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import (
     KINDS,
     Change,
@@ -42,11 +42,7 @@ from stickslip.analysis.branches.along.tracked import ConditionLost
 from stickslip.analysis.maps.protocol import domain_width
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from stickslip.analysis.attractors.attractor import Attractor
-    from stickslip.analysis.bifurcations.conditions.conditions import Condition
-    from stickslip.analysis.bifurcations.conditions.locate import Located, MapAt
 
 
 NUDGES: Final = (1.0, 8.0, 0.1)  # times that, where windows or transients are in the way

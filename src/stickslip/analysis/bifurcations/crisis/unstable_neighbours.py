@@ -13,19 +13,18 @@ from stickslip.analysis.attractors.recurrence import confirmed
 from stickslip.analysis.attractors.search import LOOK
 from stickslip.analysis.bifurcations.conditions.conditions import Connection, Contact
 from stickslip.analysis.branches.along.tracked import DomainEnd, TrackedDiscontinuity, TurningPoint
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Bools, Floats, domain_width
 from stickslip.numerics.zeros import halved
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.branches.along.tracked import Critical
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.interpolation.interpolated import InterpolatedMap
-    from stickslip.analysis.maps.protocol import Floats
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
@@ -134,7 +133,7 @@ def on_border(
 ) -> Iterator[Meeting]:
     """Find the orbits, of any period, on the border of an attractor's basin beside its edges."""
 
-    def stays(x: Floats) -> NDArray[np.bool_]:
+    def stays(x: Floats) -> Bools:
         return np.asarray(attractor.contains(late(fast, x)).all(axis=-1))
 
     same = ON_BORDER * domain_width(fast)

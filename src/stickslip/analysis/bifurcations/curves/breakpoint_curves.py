@@ -10,10 +10,10 @@ import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
-from stickslip.analysis.continuation.curve import Curve, Problem
-from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, contained
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
+from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Half, contained
 from stickslip.analysis.maps.arguments import checked_parameter
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Floats, MapFamily, domain_width
 from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import CurvePoint, StepControl, WalkEnd
 from stickslip.results.parts import part
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.continuation.curve import CurveEnd
-    from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.work import Work
 
 CONTROL: Final = StepControl(first=1 / 64, smallest=1e-10, largest=1 / 16)  # of the range
@@ -52,7 +49,6 @@ class BreakpointProblem(Problem):
             found = nearest.at(f)
         except ConditionLost as lost:
             raise ValueError(f"{name} = {value:.12g}: {lost}.") from lost
-        assert isinstance(found.critical, TrackedDiscontinuity)
         return Breakpoint(
             d=found.x,
             left=found.left,
@@ -60,8 +56,8 @@ class BreakpointProblem(Problem):
             left_slope=found.left_slope,
             right_slope=found.right_slope,
             kind=found.kind,  # type: ignore[arg-type]
-            left_label=found.critical.left_label or 0,
-            right_label=found.critical.right_label or 0,
+            left_label=found.label(-1),
+            right_label=found.label(1),
             interval=found.interval,
             system=f,
         )

@@ -3,16 +3,20 @@
 Once the end is closed in on, what stops the curve is looked for just beyond: a break that a
 point of the orbit meets, or that meets the border itself. Its distance, a smooth function on
 this side, is extrapolated to zero: closer than the resolution two breaks cannot be told apart.
+Where a crisis ceases to be one, only attractors tell.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.crisis.comparison import KINDS, kind_of_change, parameter_point
+from stickslip.analysis.bifurcations.crisis.crises import NUDGES, TOUCHING
 from stickslip.analysis.bifurcations.curves.curve_events import Event, break_beside, map_at, meeting
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     CLOSE,
@@ -21,21 +25,27 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     replaced_sides,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
-from stickslip.numerics.continuation import LeavesRegion, lagrange_weights
+from stickslip.analysis.maps.protocol import Floats, domain_width
+from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepTooLong, lagrange_weights
 
 if TYPE_CHECKING:
-    from stickslip.analysis.bifurcations.conditions.conditions import Reading
+    from stickslip.analysis.attractors.attractor import Attractor
+    from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
+    from stickslip.analysis.bifurcations.conditions.locate import MapAt
+    from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.branches.along.tracked import CriticalReading
-    from stickslip.analysis.maps.protocol import Floats
-    from stickslip.numerics.continuation import CurvePoint
 
     Distance: TypeAlias = Callable[[CurvePoint], float]
 
 LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
 LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
-LOOK_ON: Final = (4e-6, 8e-6, 12e-6)  # ... and beyond
+LOOK_ON: Final = tuple(-length for length in LOOK_BACK)  # ... and beyond
 BELIEVED: Final = 1e-7  # scaled: how far that may move the end
+HIDDEN: Final = "hidden"
+NOTHING: Final = "nothing"
+LOOKS: Final = 4  # rows to either side of a start that are looked at where none is in doubt
+HALVINGS: Final = 4  # of a step on which a crisis ceases to be one
 
 
 def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str]:
@@ -137,3 +147,80 @@ def _extrapolated(
 def _lagrange(nodes: list[CurvePoint], length: float) -> Floats:
     """Continue the curve through points before its end."""
     return np.dot(lagrange_weights(LOOK_BACK, length), [node.y for node in nodes])
+
+
+# ------------------------------------------------------------------ crises that are none any more
+
+# What solves for the meeting of an edge with an orbit knows no attractors. Beyond a double crisis,
+# where two orbits are met at once, the chaos ends at the other one, and this meeting changes
+# nothing (Gallas, Grebogi and Yorke, Physical Review Letters 71, 1359, 1993).
+
+
+def last_crisis(
+    rows: list[CurvePoint],
+    doubt: Callable[[CurvePoint], str],
+    middle: Callable[[CurvePoint, CurvePoint], CurvePoint],
+) -> tuple[int, CurvePoint, str] | None:
+    """Find the first row in doubt, the last point before it that is in none, and why it is."""
+    looked_at = np.linspace(0, len(rows) - 1, LOOKS + 1).round().astype(int)
+    steps = pairwise(np.unique(looked_at).tolist())
+    first = next(((*step, why) for step in steps if (why := doubt(rows[step[1]]))), None)
+    if first is None:
+        return None
+    low, high, why = first
+    while high - low > 1:
+        between = (low + high) // 2
+        if found := doubt(rows[between]):
+            high, why = between, found
+        else:
+            low = between
+    kept, beyond = rows[low], rows[high]
+    for _ in range(HALVINGS):
+        try:
+            node = middle(kept, beyond)
+        except (LeavesRegion, StepTooLong):
+            break
+        if found := doubt(node):
+            beyond, why = node, found
+        else:
+            kept = node
+    return high, kept, why
+
+
+def doubt_about(kind: str, condition: Condition, at: MapAt, value: float, beside: float) -> str:
+    """Say why a crisis is none of its kind; empty if it is, or if windows hide what is there."""
+    seen = set()
+    for nudge in NUDGES:  # what is told must be seen at each of these distances
+        looks = (value - nudge * beside, value + nudge * beside)
+        try:
+            below, above = (parameter_point(at, look, quick=True) for look in looks)
+        except ConditionLost:
+            return ""  # the family ends there
+        seen.add(_change(condition, below, above))
+        if len(seen) > 1 or not seen.isdisjoint({kind, HIDDEN}):
+            return ""
+    (change,) = seen
+    if change == NOTHING:
+        return "no chaotic attractor with this edge changes"
+    return f"it is of the kind {change.replace('_', ' ')}"
+
+
+def _change(condition: Condition, below: ParameterPoint, above: ParameterPoint) -> str:
+    """Tell what becomes of a chaotic attractor with this edge from one side to the other."""
+    for near, far in ((below, above), (above, below)):
+        attractor = _with_edge(near, condition)
+        change = None if attractor is None else kind_of_change(attractor, near, far)
+        if change is not None:
+            return change if change in KINDS else HIDDEN
+    one, two = (sorted((a.kind, a.period) for a in p.attractors) for p in (below, above))
+    return NOTHING if one == two and "undecided" not in dict(one) else HIDDEN
+
+
+def _with_edge(point: ParameterPoint, condition: Condition) -> Attractor | None:
+    """Return the chaotic attractor that ends at the image of a critical point."""
+    try:
+        (*_, edge) = condition.at(point.f).path
+    except ConditionLost:
+        return None
+    close = TOUCHING * domain_width(point.f)
+    return next((a for a in point.chaotic if np.abs(a.bands - edge).min() <= close), None)

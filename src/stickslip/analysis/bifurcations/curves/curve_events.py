@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
@@ -17,14 +18,13 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.curves.plane_equations import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, break_between
-from stickslip.numerics.continuation import LeavesRegion, StepTooLong
+from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
-    from stickslip.numerics.continuation import ArclengthCurve, CurvePoint
 
 
 REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
@@ -91,7 +91,7 @@ def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantit
     elif isinstance(condition, Connection):
         for at in (1, -1):
             what = f"the multiplier of the orbit that is met passes {at}"
-            yield _Quantity(f"multiplier {at}", what, _less(0, at))
+            yield _Quantity(f"multiplier {at}", what, partial(_less, 0, at))
     elif isinstance(condition, Collision):
         yield from _collision_quantities(condition)
 
@@ -105,7 +105,7 @@ def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
         if continuous or side == condition.side:
             for at, meaning in MEANINGS.items():
                 what = f"the multiplier on the {SIDES[side]} of the border passes {at}: {meaning}"
-                yield _Quantity(f"multiplier {at}", what, _less(index, at))
+                yield _Quantity(f"multiplier {at}", what, partial(_less, index, at))
     # Of a smooth break both are rounding.
     if condition.border.kind == "corner":
         what = "the slopes on both sides of the corner agree: the map is smooth there"
@@ -115,11 +115,8 @@ def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
         yield _Quantity("kind of border", what, lambda node: _step(node, "value"))
 
 
-def _less(index: int, at: int) -> Callable[[CurvePoint], float]:
-    def of(node: CurvePoint) -> float:
-        return float(node.note.multipliers[index]) - at
-
-    return of
+def _less(index: int, at: int, node: CurvePoint) -> float:
+    return float(node.note.multipliers[index]) - at
 
 
 def _step(node: CurvePoint, what: Literal["value", "slope"]) -> float:

@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation_of
-from stickslip.analysis.bifurcations.conditions.conditions import Crossing, Fold
+from stickslip.analysis.bifurcations.conditions.conditions import Condition, Crossing, Fold
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.crisis.comparison import KINDS
-from stickslip.analysis.bifurcations.crisis.on_curves import doubt_about, first_lost
-from stickslip.analysis.bifurcations.curves.curve_ends import end_event
-from stickslip.analysis.bifurcations.curves.curve_events import events_between
+from stickslip.analysis.bifurcations.curves.curve_ends import doubt_about, end_event, last_crisis
+from stickslip.analysis.bifurcations.curves.curve_events import Event, events_between
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     FoldEquations,
     Plane,
@@ -29,10 +28,10 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
     closest_to_end,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost
-from stickslip.analysis.continuation.curve import Curve, Problem, between
-from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Passed, contained
+from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem, between
+from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Half, Passed, contained
 from stickslip.analysis.maps.arguments import checked_parameter
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Floats, MapFamily, domain_width
 from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
@@ -40,12 +39,7 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from stickslip.analysis.bifurcations.conditions.conditions import Condition
-    from stickslip.analysis.bifurcations.curves.curve_events import Event
     from stickslip.analysis.bifurcations.curves.plane_equations import Equations
-    from stickslip.analysis.continuation.curve import CurveEnd, CurveEvent
-    from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
     from stickslip.analysis.work import Work
     from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
@@ -54,7 +48,6 @@ CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience
 START: Final = 1e-4  # of a parameter: how far off the start of a curve, or a guess, may be
 SUDDEN: Final = 4.0  # times the last velocity of the orbit: a jump, or a step to be halved
 FLOOR: Final = 1e-4  # of the domain: smaller moves of the orbit are no jumps
-HALVINGS: Final = 4  # of a step on which a crisis ceases to be one
 THIN: Final = 1e-4  # scaled: the approach to an end is not kept, only the end
 KIND: Final = "bifurcation: "  # before the kind of a bifurcation in that of its curve
 MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
@@ -205,23 +198,11 @@ class _ConditionFollower(PlaneFollower):
         return half
 
     def _end_with_crisis(self, half: Half) -> None:
-        found = first_lost(half.rows, self._doubt)
-        if found is None:
-            return
-        lost, why = found
-        kept, beyond = half.rows[lost - 1], half.rows[lost]
-        for _ in range(HALVINGS):
-            try:
-                node = self._middle(kept, beyond)
-            except (LeavesRegion, StepTooLong):
-                break
-            if doubt := self._doubt(node):
-                beyond, why = node, doubt
-            else:
-                kept = node
-        half.rows[lost:] = [kept]
-        half.events = [event for event in half.events if event.row < lost]
-        half.end = self.end(kept, f"the crisis ceases ({why} beyond)")
+        if (found := last_crisis(half.rows, self._doubt, self._middle)) is not None:
+            lost, kept, why = found
+            half.rows[lost:] = [kept]
+            half.events = [event for event in half.events if event.row < lost]
+            half.end = self.end(kept, f"the crisis ceases ({why} beyond)")
 
     def _middle(self, a: CurvePoint, b: CurvePoint) -> CurvePoint:
         middle = 0.5 * (a.parameter + b.parameter)

@@ -16,21 +16,18 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Fold, fold_reading
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
-from stickslip.analysis.bifurcations.conditions.orbit_paths import bend, path_of
+from stickslip.analysis.bifurcations.conditions.orbit_paths import Path, bend, path_of
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
-from stickslip.analysis.maps.protocol import domain_width
+from stickslip.analysis.maps.protocol import Floats, domain_width
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
-    from stickslip.analysis.bifurcations.conditions.orbit_paths import Path
-    from stickslip.analysis.maps.protocol import Floats
     from stickslip.numerics.continuation import CurvePoint
 
 DIFFERENCE: Final = 1e-5  # of a scale: derivatives of test functions, and second ones of maps
 FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
 REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes
 MOST_DOUBTS: Final = 3  # such changes in a row, after which the gradient is taken anew
-UNBELIEVABLE: Final = 1.0  # relative change of a gradient from one reading to the next
 SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
 FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
 LARGEST: Final = 10.0  # of either: its largest scale
@@ -122,9 +119,9 @@ class PlaneEquations:
             if length > REMEMBERED**2:
                 slopes = self.gradient * self.scale
                 change = (value - self.last[1] - slopes @ step) / length * step
-                # More than that comes from a jump, and the point will be rejected; or else the
-                # gradient is wrong.
-                if float(change @ change) <= UNBELIEVABLE**2 * float(slopes @ slopes):
+                # A change larger than the gradient itself comes from a jump, and the point will be
+                # rejected; or else the gradient is wrong.
+                if float(change @ change) <= float(slopes @ slopes):
                     self.gradient = (slopes + change) / self.scale
                     self.doubts = 0
                 else:

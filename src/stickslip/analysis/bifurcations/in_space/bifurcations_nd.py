@@ -19,7 +19,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     attempted,
 )
 from stickslip.analysis.bifurcations.normal_forms import coefficient
-from stickslip.analysis.bifurcations.outcome import AttractorOutcome, Outcome
+from stickslip.analysis.bifurcations.outcome import AttractorOutcome, OrbitOutcome, Outcome
 from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced, widths
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
@@ -29,7 +29,6 @@ from stickslip.checks import MOST_KEPT, whole_number
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from stickslip.analysis.bifurcations.outcome import OrbitOutcome
     from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
     from stickslip.analysis.maps.protocol import FamilyND, Floats
     from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND

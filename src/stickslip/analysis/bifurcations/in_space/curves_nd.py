@@ -19,8 +19,8 @@ from stickslip.analysis.bifurcations.curves.curves import (
     PlaneFollower,
     PlaneProblem,
     checked_plane,
+    other_parameter,
 )
-from stickslip.analysis.bifurcations.curves.curves import other_parameter as other_of
 from stickslip.analysis.bifurcations.curves.plane_equations import (
     DIFFERENCE,
     MOVES,
@@ -29,10 +29,10 @@ from stickslip.analysis.bifurcations.curves.plane_equations import (
 )
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import Passed, first_point
-from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
+from stickslip.analysis.continuation.orbit_equations import Departure, Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import lengths, measured, sample, widths
 from stickslip.analysis.orbits.newton import shooting_matrix
-from stickslip.numerics.continuation import LeavesRegion, StepControl
+from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, WalkEnd
 from stickslip.results.parts import part
 from stickslip.status import OK
 
@@ -42,10 +42,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stickslip.analysis.continuation.follower import Half, Test
-    from stickslip.analysis.continuation.orbit_equations import Linearized
-    from stickslip.analysis.maps.protocol import FamilyND, Floats, Labels
+    from stickslip.analysis.maps.protocol import Bools, FamilyND, Floats, Labels
     from stickslip.analysis.work import Work
-    from stickslip.numerics.continuation import CurvePoint, WalkEnd
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
 NEAR: Final = 1e-3  # of the domain: how far off the start of a curve may be
@@ -56,7 +54,7 @@ JUST_INSIDE: Final = 1e-9  # of the domain: where a map is read at its border
 SHARES: Final = np.geomspace(1e-12, 0.1, 12)  # of the domain: ways to a border that are tried
 PARTS: Final = 4  # of a bracket of a border, at once: maps may be expensive
 ROUNDS: Final = 26  # ... down to rounding
-ROUGHLY: Final = 13  # ... for differences, on which only Newton's steps depend
+ROUGHLY: Final = ROUNDS // 2  # ... for differences, on which only Newton's steps depend
 RESONANCES: Final = {
     "resonance 1:1": 0.0,
     "resonance 1:2": np.pi,
@@ -177,7 +175,7 @@ class CriticalEquations(PlaneOrbit):
             yield "fold-flip", follower.off_flip
         else:
             yield "resonance 1:2", lambda point: point.note.others(-1.0)
-            yield "fold-flip", off_fold
+            yield "fold-flip", follower.off_fold
 
     def _bordered(self, cyclic: NDArray[Any]) -> tuple[Any, NDArray[Any], NDArray[Any]]:
         """Find the corner of a bordered inverse, and what are null vectors where it is zero."""
@@ -256,7 +254,7 @@ class BorderEquations(PlaneOrbit):
 
     def tests(self, follower: CriticalFollower) -> Iterator[tuple[str, Test]]:
         """Yield where the colliding orbit also folds, flips or turns."""
-        yield "multiplier 1", off_fold
+        yield "multiplier 1", follower.off_fold
         yield "multiplier -1", follower.off_flip
 
     def _distance(self, f: FamilyND, x: Floats, rounds: int = ROUGHLY) -> Floats:
@@ -281,7 +279,7 @@ class BorderEquations(PlaneOrbit):
             low, high = trial[rows, k], trial[rows, k + 1]
         return np.asarray(0.5 * (low + high))
 
-    def _inside(self, f: FamilyND, x: Floats, shares: Floats) -> NDArray[np.bool_]:
+    def _inside(self, f: FamilyND, x: Floats, shares: Floats) -> Bools:
         """Tell which points x + share way, (m, k), are on the orbit's own piece."""
         got = sample(f, x[:, None, :] + shares[..., None] * self.way)
         own = np.isin(got.label, np.array(sorted(self.pieces[self.index]), dtype=np.uint64))
@@ -305,11 +303,6 @@ class BorderEquations(PlaneOrbit):
 
 def _off_angle(angle: float, point: CurvePoint) -> float:
     return float(point.note.angle - angle)
-
-
-def off_fold(point: CurvePoint) -> float:
-    """det(M - 1), zero where a multiplier is 1."""
-    return float(np.prod(point.note.multipliers - 1.0).real)
 
 
 class CriticalFollower(PlaneFollower):
@@ -394,7 +387,7 @@ class CriticalProblem(PlaneProblem):
     def solve(self, curve: Curve, row: int, share: float, name: str, value: float) -> Bifurcation:
         """Start from a straight line between two rows."""
         assert self.system is not None
-        other = other_of(curve, name)
+        other = other_parameter(curve, name)
         kind: Any = curve.kind.removeprefix(KIND)
         follower = CriticalFollower(kind, Plane(self.system, name, other), value, value, CONTROL)
         columns = curve.points, curve.data["angle"], curve.parameters[other]

@@ -17,24 +17,19 @@ import numpy as np
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
 from stickslip.analysis.bifurcations.scan.events import Suspect
-from stickslip.analysis.bifurcations.scan.nodes import ON_BREAK
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.mesh import finest
 from stickslip.analysis.branches.pieces import returning
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.branches.table import BranchTable, branch_table
+from stickslip.analysis.maps.protocol import EXACT, Floats, Indices, MapFamily, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Set
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.branches.breakpoints import Breakpoint
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, MapFamily
 
 
 # Class of the branch that ends there, which of its ends on that side, side of the break.
@@ -85,7 +80,7 @@ def starts_of_branches(table: BranchTable, classes: SymbolClasses) -> Starts:
     return found
 
 
-def same_places(one: Floats, other: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def same_places(one: Floats, other: Floats) -> tuple[Indices, Indices]:
     """Pair ascending places: in order, or those nearest to each other where some were born."""
     first = np.arange(len(one))
     if len(one) == len(other):
@@ -213,7 +208,7 @@ class _Search:
         while same < min(len(one), len(other)) and one[same] == other[same]:
             same += 1
         lo, hi = self.family.f.domain
-        zero, found = ON_BREAK * (hi - lo), list[Suspect]()
+        zero, found = EXACT * (hi - lo), list[Suspect]()
         for k in range(min(same + 1, len(a.off), len(b.off))):
             if a.off[k] * b.off[k] < 0 and min(abs(a.off[k]), abs(b.off[k])) > zero:
                 nearest = min(a, b, key=lambda one: abs(one.off[k]))

@@ -16,9 +16,13 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
     Fold,
     Meeting,
 )
-from stickslip.analysis.bifurcations.conditions.locate import NEARBY, found_near, solve
+from stickslip.analysis.bifurcations.conditions.locate import (
+    NEARBY,
+    found_near,
+    solve,
+    solve_together,
+)
 from stickslip.analysis.bifurcations.conditions.orbit_paths import path_from
-from stickslip.analysis.bifurcations.conditions.simultaneous import solve_together
 from stickslip.analysis.bifurcations.normal_forms import (
     Criticality,
     CrossingCoefficients,

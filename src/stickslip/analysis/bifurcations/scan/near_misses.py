@@ -5,7 +5,7 @@ Where the parabola through three values of a function all but reaches 0, a list 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
@@ -18,8 +18,6 @@ from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.maps.protocol import Labels, mix_labels
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from stickslip.analysis.bifurcations.scan.nodes import Node, SymbolClasses
 
 POINTS: Final = 2000  # of the domain, where f^p is looked at for extrema beside the diagonal

@@ -15,23 +15,17 @@ from stickslip.analysis.attractors.bands import image, merged
 from stickslip.analysis.branches.along.tracked import break_between
 from stickslip.analysis.branches.discontinuities import LONG_GAPS
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
-from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import PROBES, interpolated_map
+from stickslip.analysis.branches.table import BranchTable, branch_table
+from stickslip.analysis.interpolation.interpolated import PROBES, InterpolatedMap, interpolated_map
 from stickslip.analysis.maps.derived import windowed
-from stickslip.analysis.maps.protocol import domain_width, is_ok, sample
-from stickslip.analysis.orbits.bundles import OrbitBundle
-from stickslip.analysis.orbits.newton import solve_cyclic
+from stickslip.analysis.maps.protocol import EXACT, domain_width, is_ok, sample
+from stickslip.analysis.orbits.newton import OrbitBundle, solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.interpolation.interpolated import InterpolatedMap
-    from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
+    from stickslip.analysis.maps.protocol import Bools, Floats, Labels, Map1D, MapFamily
     from stickslip.analysis.orbits.orbit import OrbitList, PeriodicOrbit
 
-ON_BREAK: Final = 1e-13  # of the domain: a point, or an image, so close to a break is on it
 MARGIN: Final = 0.1  # of what these are mapped to: by more the rest does not exceed it
 REMEMBERED: Final = 512  # maps of a family kept: conditions ask for the same values again
 
@@ -153,12 +147,12 @@ class Node:
         return np.where(self.bundle.used, counts, 0).astype(np.uint64)
 
     @cached_property
-    def on_corner(self) -> NDArray[np.bool_]:
+    def on_corner(self) -> Bools:
         """Which points lie on a corner, padded as the bundle is: there a label is an accident."""
         corners = np.array([item.d for item in self.table.breakpoints if item.kind == "corner"])
         with np.errstate(invalid="ignore"):
             apart = np.abs(self.bundle.points[..., None] - corners)
-            return (apart <= ON_BREAK * self.width).any(axis=-1)
+            return (apart <= EXACT * self.width).any(axis=-1)
 
     def find(self, points: Floats, tolerance: float) -> int | None:
         """Place in the list of the orbit nearest to points, smallest first; None if all are off."""

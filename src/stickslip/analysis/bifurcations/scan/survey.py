@@ -15,7 +15,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.bifurcations.scan.between import Found, Range, between
-from stickslip.analysis.bifurcations.scan.events import Suspect
+from stickslip.analysis.bifurcations.scan.events import Event, Suspect
 from stickslip.analysis.bifurcations.scan.near_misses import (
     NearZero,
     hidden_values,
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.tracking import Span
     from stickslip.analysis.continuation.curve import Curve
 

@@ -13,24 +13,19 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.continuation.curve import CurveEnd
-from stickslip.analysis.continuation.follower import Passed
+from stickslip.analysis.continuation.follower import Half, Passed
 from stickslip.analysis.continuation.half_period import shrinks_to_half
 from stickslip.analysis.continuation.orbit_follower import LineOrbitFollower
-from stickslip.analysis.maps.protocol import domain_width, sample
+from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Labels, domain_width, sample
 from stickslip.analysis.orbits.newton import polish_on
-from stickslip.numerics.continuation import turns_back
+from stickslip.numerics.continuation import CurvePoint, turns_back
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
-
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
-    from stickslip.analysis.continuation.follower import Half
-    from stickslip.analysis.maps.protocol import Floats, Labels
-    from stickslip.numerics.continuation import CurvePoint
 
 TRUST: Final = 0.05  # share of an orbit's way by which the cubic's prediction may be wrong
 FLOOR: Final = 1e-7  # of the domain's width: errors of a prediction that count for nothing
@@ -97,9 +92,7 @@ def join(left: Node, right: Node, family: Family, classes: SymbolClasses) -> Spa
     return Span(left, right, pieces, loose_left, loose_right)
 
 
-def _candidates(
-    left: Node, right: Node, classes: SymbolClasses
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _candidates(left: Node, right: Node, classes: SymbolClasses) -> tuple[Indices, Indices]:
     """Pairs of orbits of one word that foretell each other best, by both velocities."""
     half = 0.5 * (right.q - left.q)
     telling = left.telling and right.telling
@@ -123,20 +116,15 @@ def _candidates(
     return np.array(rows, dtype=np.intp), np.array(columns, dtype=np.intp)
 
 
-def _names(node: Node, classes: SymbolClasses, *, telling: bool) -> NDArray[np.uint64]:
+def _names(node: Node, classes: SymbolClasses, *, telling: bool) -> Labels:
     """Name the branches of all points, none on a corner; by order where labels do not tell."""
     names = classes.of(node.bundle.labels) if telling else node.segments
     return np.where(node.on_corner, ON_CORNER, names)
 
 
 def _proved(
-    left: Node,
-    right: Node,
-    rows: NDArray[np.intp],
-    columns: NDArray[np.intp],
-    family: Family,
-    classes: SymbolClasses,
-) -> tuple[NDArray[np.bool_], list[Piece]]:
+    left: Node, right: Node, rows: Indices, columns: Indices, family: Family, classes: SymbolClasses
+) -> tuple[Bools, list[Piece]]:
     """Look in the middle, and keep the pairs that are found where the cubic foretells them."""
     q = 0.5 * (left.q + right.q)
     f = family.at(q)

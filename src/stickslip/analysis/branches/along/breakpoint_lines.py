@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.table import BranchTable
-    from stickslip.analysis.maps.protocol import Floats, Map1D
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D
 
 FIRST: Final = 1e-6  # of the domain's width: half of the first bracket
 SMALLEST: Final = 1e-11  # ... and of later ones, however good the predictions are
@@ -112,7 +112,7 @@ def _new_lines(lines: list[tuple[str, Floats]], breaks: _Breaks, n: int) -> list
     return list(range(first, len(lines)))
 
 
-def _enter(line: Floats, places: NDArray[np.intp], column: Floats) -> None:
+def _enter(line: Floats, places: Indices, column: Floats) -> None:
     known = np.isfinite(column)
     line[places[known]] = column[known]
 
@@ -144,7 +144,7 @@ def _met(
 
 
 def _march(
-    maps: Sequence[Map1D], values: Floats, order: NDArray[np.intp], start: _Breaks, towards: _Breaks
+    maps: Sequence[Map1D], values: Floats, order: Indices, start: _Breaks, towards: _Breaks
 ) -> tuple[Floats, Floats]:
     """Follow breakpoints to the next anchor: places (len(order), m), NaN where lost; forecasts."""
     found = np.full((len(order), len(start.x)), np.nan)
@@ -189,7 +189,7 @@ def _located(
     def probe(x: Floats) -> Nodes:
         return Nodes.at(x, sample(f, x))
 
-    def fan(k: NDArray[np.intp]) -> list[Nodes]:
+    def fan(k: Indices) -> list[Nodes]:
         """Points on both sides of forecasts, the farthest first: a few cost as much as one."""
         points = x[k] + radius[k] * FAN[:, None]
         nodes = probe(np.clip(points, *f.domain).ravel())
@@ -205,7 +205,7 @@ def _located(
         for old, new in zip([low, high, *inner], fan(k), strict=True):
             old.put(k, new)
 
-    def is_left(k: NDArray[np.intp], left: Nodes, nodes: Nodes, right: Nodes) -> NDArray[np.bool_]:
+    def is_left(k: Indices, left: Nodes, nodes: Nodes, right: Nodes) -> Bools:
         """Tell which points are more like the left side."""
         one, here, other = (_signal(kind[k], each) for each in (left, nodes, right))
         return np.asarray(np.abs(here - one) <= np.abs(here - other))

@@ -13,12 +13,11 @@ import numpy as np
 
 from stickslip.analysis.branches.discontinuities import are_apart
 from stickslip.analysis.branches.mesh import RESOLUTION
-from stickslip.analysis.maps.protocol import SAME, domain_width, is_ok, sample
+from stickslip.analysis.maps.protocol import SAME, Map1D, domain_width, is_ok, sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from stickslip.analysis.maps.protocol import Map1D
 
 NARROWEST: Final = 1e-7  # of the domain: half width of the first fan of points, or bracket
 FAN: Final = 8.0  # ratio of distances in a fan

@@ -21,7 +21,7 @@ from stickslip.analysis.branches.along.change_search import (
     close_in,
     find_change,
 )
-from stickslip.analysis.branches.breakpoints import kind_of, limits_inside
+from stickslip.analysis.branches.breakpoints import Breakpoint, Kind, kind_of, limits_inside
 from stickslip.analysis.branches.discontinuities import are_apart, is_step
 from stickslip.analysis.branches.mesh import RESOLUTION, Nodes, finest
 from stickslip.analysis.branches.table import branch_table
@@ -35,7 +35,6 @@ from stickslip.results.parts import part
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from stickslip.analysis.branches.breakpoints import Breakpoint, Kind
     from stickslip.analysis.maps.protocol import Floats, Map1D
 
 Side: TypeAlias = Literal[-1, 1]
