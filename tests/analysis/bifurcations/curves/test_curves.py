@@ -10,6 +10,7 @@ from tests.analysis.known_maps import border_collision, logistic
 
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
+from stickslip.analysis.bifurcations.curves.curve_ends import last_crisis
 from stickslip.analysis.bifurcations.curves.curves import follow_bifurcation
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, TurningPoint
 from stickslip.analysis.branches.branches import breakpoints
@@ -262,6 +263,20 @@ def test_a_crisis_ends_where_chaos_meets_two_orbits_at_once():
     assert b[-1] == 0.2
     ceases = "the crisis ceases (no chaotic attractor with this edge changes beyond)"
     assert curve.end_reasons == (ceases, "end of range")
+    assert (np.diff(b) > 0).all()
+
+
+@pytest.mark.parametrize("until", [3.0, 3.6, 3.97, 0.0])
+def test_points_are_kept_up_to_the_last_in_no_doubt_each_once(until):
+    rows = [float(k) for k in range(9)]
+    lost, kept, why = last_crisis(
+        rows, lambda x: "doubt" if x > until else "", lambda a, b: 0.5 * (a + b)
+    )
+    assert lost == int(until) + 1
+    assert why == "doubt"
+    assert kept[:lost] == rows[:lost]
+    assert until - 1 / 16 <= kept[-1] <= until
+    assert len(kept) == lost + (until > lost - 1 + 1 / 16)
 
 
 # ---------------------------------------------------------------- arguments and files

@@ -160,8 +160,8 @@ def last_crisis(
     rows: list[CurvePoint],
     doubt: Callable[[CurvePoint], str],
     middle: Callable[[CurvePoint, CurvePoint], CurvePoint],
-) -> tuple[int, CurvePoint, str] | None:
-    """Find the first row in doubt, the last point before it that is in none, and why it is."""
+) -> tuple[int, list[CurvePoint], str] | None:
+    """Find the first row in doubt, points up to the last one that is in none, and why it is."""
     looked_at = np.linspace(0, len(rows) - 1, LOOKS + 1).round().astype(int)
     steps = pairwise(np.unique(looked_at).tolist())
     first = next(((*step, why) for step in steps if (why := doubt(rows[step[1]]))), None)
@@ -184,7 +184,7 @@ def last_crisis(
             beyond, why = node, found
         else:
             kept = node
-    return high, kept, why
+    return high, [*rows[:high], *([] if kept is rows[low] else [kept])], why
 
 
 def doubt_about(kind: str, condition: Condition, at: MapAt, value: float, beside: float) -> str:

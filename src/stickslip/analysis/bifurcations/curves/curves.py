@@ -199,10 +199,9 @@ class _ConditionFollower(PlaneFollower):
 
     def _end_with_crisis(self, half: Half) -> None:
         if (found := last_crisis(half.rows, self._doubt, self._middle)) is not None:
-            lost, kept, why = found
-            half.rows[lost:] = [kept]
+            lost, half.rows[:], why = found
             half.events = [event for event in half.events if event.row < lost]
-            half.end = self.end(kept, f"the crisis ceases ({why} beyond)")
+            half.end = self.end(half.rows[-1], f"the crisis ceases ({why} beyond)")
 
     def _middle(self, a: CurvePoint, b: CurvePoint) -> CurvePoint:
         middle = 0.5 * (a.parameter + b.parameter)
