@@ -162,6 +162,19 @@ def test_models_that_rub_at_other_places_are_other_sweeps():
     assert described([1.0, 0.5]) == described([1.0, 0.5]) != described([1.0, 0.6])
 
 
+@pytest.mark.parametrize("force", [[1.0, 0.8, 0.6], [1.0, 0.7, 0.5]])
+@pytest.mark.parametrize("speed", [[0.0, 0.2, 1.0], [0.0, 0.2, 2.0]])
+def test_models_with_other_tables_of_friction_are_other_sweeps(speed, force):
+    def described(*table):
+        law = ss.TabulatedFriction(*table)
+        two_block, block = ss.examples.law9().replace(friction=law), ss.Oscillator(0.2, law)
+        return [as_system(model).identity() for model in (two_block, block)]
+
+    other = described([0.0, 0.2, 1.0], [1.0, 0.7, 0.6])
+    for these, those in zip(described(speed, force), other, strict=True):
+        assert these != those
+
+
 @given(shape=st.lists(st.integers(1, 300), min_size=1, max_size=4))
 def test_default_chunks_fit_and_leave_work_for_all(shape):
     chunks = default_chunks(tuple(shape))

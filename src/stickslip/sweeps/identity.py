@@ -55,12 +55,11 @@ def function_identity(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def law_identity(law: FrictionLaw) -> dict[str, Any]:
-    """Describe a friction law without its parameters' values: its formula."""
+    """Describe a friction law but for its parameters: its formula, the pieces of a table."""
     formula: Any = law.formula
     if law.traceable:
-        return {
-            "formula": digest(repr((formula.nodes, formula.backward, formula.forward)).encode())
-        }
+        traced = (formula.nodes, formula.backward, formula.forward, law.pieces[:-1])
+        return {"formula": digest(repr(traced).encode())}
     parts = {"backward": formula.backward, "forward": formula.forward, "slope": formula.slope}
     return {
         role: function_identity(user.function) for role, user in parts.items() if user is not None
