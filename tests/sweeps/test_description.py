@@ -1,5 +1,7 @@
 """Descriptions of sweeps: axes, observables, seeds, and what is refused with which words."""
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -151,6 +153,27 @@ def test_a_map_that_depends_on_more_than_its_text_is_refused(tmp_path):
     f = ss.PiecewiseMap(lambda x, r: r * x * factor[0] / 4, (0, 1), parameters={"r": 3.0})
     with pytest.raises(ValueError, match="depends on factor"):
         ss.sweep(f, {"r": (3, 4, 3)}, ["attractor"], store=tmp_path / "x")
+
+
+def test_what_a_function_takes_from_where_it_was_made_is_part_of_it(monkeypatch):
+    def described(function):
+        return as_system(ss.PiecewiseMap(function, (0, 1), parameters={"r": 3.0})).identity()
+
+    known = described(small.scaled(1.0))
+    assert known == described(small.scaled(1.0)) != described(small.scaled(0.9))
+    assert known != described(small.scaled(np.nan))
+    before = described(small.damped)
+    assert before["map"]["func"]["closure"] == {"SCALE": "1.0"}
+    monkeypatch.setattr(small, "SCALE", 0.9)
+    assert described(small.damped) != before
+    with pytest.raises(ValueError, match="depends on self = "):
+        described(small.Family().member)
+
+
+def test_a_map_is_described_as_its_store_will_tell_it():
+    f = ss.PiecewiseMap("r * x * (1 - x)", (0, 1), parameters={"r": 3.0})
+    described = as_system(f).identity()
+    assert json.loads(json.dumps(described)) == described
 
 
 def test_models_that_rub_at_other_places_are_other_sweeps():

@@ -193,7 +193,7 @@ class MapSystem(System):
     def identity(self) -> dict[str, Any]:
         """Describe the system in values that JSON can hold."""
         functions = {role: function_identity(each) for role, each in self.f.callables.items()}
-        numbers = {"domain": self.f.domain, "breakpoints": self.f.breakpoints.tolist()}
+        numbers = {"domain": list(self.f.domain), "breakpoints": self.f.breakpoints.tolist()}
         return {"map": functions, "parameters": self.f.parameters, **numbers}
 
     def map_at(self, values: Mapping[str, float]) -> PiecewiseMap:
