@@ -58,7 +58,8 @@ def as_system(given: Any) -> System:
     if isinstance(given, PiecewiseMap):
         return MapSystem(given)
     raise ValueError(
-        f"system = {shown(given)}: a sweep takes a model, its event map or a PiecewiseMap."
+        f"system = {shown(given)}: a sweep takes a model, its event map, its return map if that "
+        "is one of a line, or a PiecewiseMap."
     )
 
 
