@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip import studies
+from stickslip import simulate, studies
 from stickslip.studies.canards.block import (
     BEFORE,
     FREQUENCY,
     GIVEN,
     LEAVES,
+    MODEL,
     MU,
+    PERIOD,
     STATIC,
     canard,
     canard_with,
@@ -60,6 +62,18 @@ def test_the_onset_is_a_fold_of_what_is_followed() -> None:
     (fold,) = (event for event in cycles().bifurcations if event.kind == "fold")
     assert fold.value == pytest.approx(MU * STATIC / math.cos(math.pi * FREQUENCY / 2), rel=1e-12)
     assert onset().force == pytest.approx(fold.value, rel=1e-14)
+
+
+@pytest.mark.parametrize("x", [-1.39, -0.7, -0.26, -0.24, 0.24, 0.26, 0.7, 1.39])
+def test_what_holds_a_block_in_the_middle_keeps_one_in_motion_from_a_quarter_on(x: float) -> None:
+    block = MODEL.replace(**{"forcing.phase": 0.5 * math.pi})
+    run = simulate(block, [x], [0.0], t_end=40 * PERIOD)
+    last = np.abs(run.x(np.linspace(39 * PERIOD, 40 * PERIOD, 1001))).max()
+    motion = regular(3.893079629946)
+    assert motion.force == pytest.approx(GIVEN, rel=1e-9)
+    expected = motion.x if abs(x) > 1.0 - GIVEN else abs(x)
+    assert last == pytest.approx(expected, rel=1e-4)
+    assert motion.x == pytest.approx(1.28, rel=0, abs=0.005)
 
 
 @pytest.mark.parametrize("phase", [0.05, 0.4, 1.0])

@@ -29,6 +29,25 @@ def logistic(x, r):
     return r * x * (1 - x)
 
 
+SCALE = 1.0
+
+
+def damped(x, r):
+    return SCALE * r * x * (1 - x)
+
+
+def scaled(scale):
+    def map_of(x, r, scale=scale):
+        return scale * r * x * (1 - x)
+
+    return map_of
+
+
+class Family:
+    def member(self, x, r):
+        return r * x * (1 - x)
+
+
 def tent(x, s):
     return s * np.minimum(x, 1 - x)
 

@@ -13,6 +13,11 @@ BLOCK = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
 FORCED = ss.Oscillator(
     V=0.2, friction=ss.Coulomb(mu=0.4), forcing=ss.Harmonic(amplitude=0.3, frequency=1.1)
 )
+PAD = ss.Structure(
+    mass=[1, 1],
+    stiffness=[[2, 0.35], [0.35, 1.3]],
+    contacts=[ss.Contact(at=0, V=0.02, friction=ss.Coulomb(mu=0.9))],
+)
 SHORT = {"transient": 30, "n": 40, "max_period": 8}
 
 
@@ -106,6 +111,8 @@ def test_limit_cycles_of_one_block(model, axes, tmp_path):
     ("system", "wanted", "more", "words"),
     [
         (BLOCK, "attractor", {}, "observable 'attractor': a single block has no event map"),
+        (PAD, "attractor", {}, "a model of more than blocks on a belt has no event map"),
+        (ss.return_map(PAD, domain=[(0, 1), (0, 1)]), "attractor", {}, "if that is one of a line"),
         (FORCED, "never_returns", {}, "observable 'never_returns': a forced model has no event"),
         (CHAIN, "coexisting_attractors", {}, "of the event map of 3 blocks are not numbers"),
         (CHAIN, "orbit_points", {}, "of the event map of 3 blocks are not numbers"),

@@ -1,5 +1,7 @@
 """Descriptions of sweeps: axes, observables, seeds, and what is refused with which words."""
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -142,7 +144,7 @@ def test_a_map_has_no_events(tmp_path):
 
 
 def test_what_is_no_system_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="a model, its event map or a PiecewiseMap"):
+    with pytest.raises(ValueError, match=r"a model, its event map, .* or a PiecewiseMap"):
         ss.sweep(ss.Oscillator, {"V": [1.0]}, ["attractor"], store=tmp_path / "x")
 
 
@@ -153,6 +155,27 @@ def test_a_map_that_depends_on_more_than_its_text_is_refused(tmp_path):
         ss.sweep(f, {"r": (3, 4, 3)}, ["attractor"], store=tmp_path / "x")
 
 
+def test_what_a_function_takes_from_where_it_was_made_is_part_of_it(monkeypatch):
+    def described(function):
+        return as_system(ss.PiecewiseMap(function, (0, 1), parameters={"r": 3.0})).identity()
+
+    known = described(small.scaled(1.0))
+    assert known == described(small.scaled(1.0)) != described(small.scaled(0.9))
+    assert known != described(small.scaled(np.nan))
+    before = described(small.damped)
+    assert before["map"]["func"]["closure"] == {"SCALE": "1.0"}
+    monkeypatch.setattr(small, "SCALE", 0.9)
+    assert described(small.damped) != before
+    with pytest.raises(ValueError, match="depends on self = "):
+        described(small.Family().member)
+
+
+def test_a_map_is_described_as_its_store_will_tell_it():
+    f = ss.PiecewiseMap("r * x * (1 - x)", (0, 1), parameters={"r": 3.0})
+    described = as_system(f).identity()
+    assert json.loads(json.dumps(described)) == described
+
+
 def test_models_that_rub_at_other_places_are_other_sweeps():
     def described(at):
         contact = ss.Contact(at=at, friction=ss.Coulomb(mu=0.4))
@@ -160,6 +183,19 @@ def test_models_that_rub_at_other_places_are_other_sweeps():
         return as_system(model).identity()
 
     assert described([1.0, 0.5]) == described([1.0, 0.5]) != described([1.0, 0.6])
+
+
+@pytest.mark.parametrize("force", [[1.0, 0.8, 0.6], [1.0, 0.7, 0.5]])
+@pytest.mark.parametrize("speed", [[0.0, 0.2, 1.0], [0.0, 0.2, 2.0]])
+def test_models_with_other_tables_of_friction_are_other_sweeps(speed, force):
+    def described(*table):
+        law = ss.TabulatedFriction(*table)
+        two_block, block = ss.examples.law9().replace(friction=law), ss.Oscillator(0.2, law)
+        return [as_system(model).identity() for model in (two_block, block)]
+
+    other = described([0.0, 0.2, 1.0], [1.0, 0.7, 0.6])
+    for these, those in zip(described(speed, force), other, strict=True):
+        assert these != those
 
 
 @given(shape=st.lists(st.integers(1, 300), min_size=1, max_size=4))

@@ -51,9 +51,11 @@ class MotionSystem(FamilySystem):
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        alone = "a single block" if model.n_blocks == 1 else "a model of more than blocks on a belt"
+        single = model.n_blocks == model.plant.n_bodies == 1
+        alone = "a single block" if single else "a model of more than blocks on a belt"
         what = "a forced model" if model.plant.is_forced else alone
-        why = f"{what} has no event map; its return_map is swept, or 'limit_cycles', or functions"
+        swept = "its return_map is swept if it is one of a line, or 'limit_cycles', or functions"
+        why = f"{what} has no event map; {swept}"
         self.lacks = dict.fromkeys(("orbits", "events", "line", "d"), why)
 
     def map_at(self, values: Mapping[str, float]) -> Any:

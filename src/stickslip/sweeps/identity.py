@@ -32,35 +32,40 @@ def digest(content: Any) -> str:
 
 
 def function_identity(function: Callable[..., Any]) -> dict[str, Any]:
-    """Describe a function by its name, its text and the numbers it has closed over."""
+    """Describe a function by its name, its text and the numbers and words it takes from outside."""
     if isinstance(function, Formulas):
         return {"formulas": function.__name__}
     name = f"{getattr(function, '__module__', '?')}:{getattr(function, '__qualname__', '?')}"
     function = getattr(function, "py_func", function)  # compiled by numba
     try:
         text = inspect.getsource(function)
-        closure = dict(inspect.getclosurevars(function).nonlocals)
+        outside = inspect.getclosurevars(function)
+        given = inspect.signature(function).parameters.values()
     except (OSError, TypeError) as error:
         raise ValueError(
             f"{function!r} cannot be recorded in a store: its source text is not to be had. "
             "Write it as a function in a module."
         ) from error
+    defaults = {each.name: each.default for each in given if each.default is not each.empty}
+    own = {"self": function.__self__} if inspect.ismethod(function) else {}
+    closure = {**outside.nonlocals, **defaults, **own}
     for variable, value in closure.items():
-        if not isinstance(value, int | float | str):
+        if not isinstance(value, int | float | str | None):
             raise ValueError(
                 f"{name} depends on {variable} = {value!r} of the place where it was made, which "
                 "a store cannot record. Write it as a function in a module."
             )
-    return {"function": name, "text": digest(text.encode()), "closure": closure}
+    plain = {key: v for key, v in outside.globals.items() if isinstance(v, int | float | str)}
+    taken = {variable: repr(value) for variable, value in (plain | closure).items()}
+    return {"function": name, "text": digest(text.encode()), "closure": taken}
 
 
 def law_identity(law: FrictionLaw) -> dict[str, Any]:
-    """Describe a friction law without its parameters' values: its formula."""
+    """Describe a friction law but for its parameters: its formula, the pieces of a table."""
     formula: Any = law.formula
     if law.traceable:
-        return {
-            "formula": digest(repr((formula.nodes, formula.backward, formula.forward)).encode())
-        }
+        traced = (formula.nodes, formula.backward, formula.forward, law.pieces[:-1])
+        return {"formula": digest(repr(traced).encode())}
     parts = {"backward": formula.backward, "forward": formula.forward, "slope": formula.slope}
     return {
         role: function_identity(user.function) for role, user in parts.items() if user is not None

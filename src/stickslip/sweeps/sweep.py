@@ -113,8 +113,9 @@ def sweep(
 
     Parameters
     ----------
-    system : TwoBlock, Blocks, Chain, Oscillator, an event map or PiecewiseMap
-        Values of the parameters that do not vary; an event map with its settings.
+    system : TwoBlock, Blocks, Chain, Oscillator, Structure, an event map or PiecewiseMap
+        Values of the parameters that do not vary; an event map with its settings, or a return map
+        of a line.
     axes : mapping
         Name of each varied parameter, or ``"d"`` for the starting point, to its values:
         ``(lo, hi, n)`` with whole n, `stickslip.axis`, or explicit ones.

@@ -58,7 +58,8 @@ def as_system(given: Any) -> System:
     if isinstance(given, PiecewiseMap):
         return MapSystem(given)
     raise ValueError(
-        f"system = {shown(given)}: a sweep takes a model, its event map or a PiecewiseMap."
+        f"system = {shown(given)}: a sweep takes a model, its event map, its return map if that "
+        "is one of a line, or a PiecewiseMap."
     )
 
 
@@ -193,7 +194,7 @@ class MapSystem(System):
     def identity(self) -> dict[str, Any]:
         """Describe the system in values that JSON can hold."""
         functions = {role: function_identity(each) for role, each in self.f.callables.items()}
-        numbers = {"domain": self.f.domain, "breakpoints": self.f.breakpoints.tolist()}
+        numbers = {"domain": list(self.f.domain), "breakpoints": self.f.breakpoints.tolist()}
         return {"map": functions, "parameters": self.f.parameters, **numbers}
 
     def map_at(self, values: Mapping[str, float]) -> PiecewiseMap:
