@@ -180,6 +180,13 @@ def test_an_outlier_is_told_with_its_place() -> None:
         ss.fit(BLOCK, replace(seen, x=x), ["mu"])
 
 
+def test_what_lies_within_its_error_is_no_outlier() -> None:
+    block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    y = 0.4 + 0.02 * np.array([0.0, 1.0, 0.0, -1.0, 0.0])
+    found = ss.fit(block, ss.ForcePoints(np.full(5, 0.5), y, sigma=0.02), ["mu"])
+    assert found.message == "converged"  # it was infinitely many times as far off as most
+
+
 def test_two_blocks_are_recovered_with_the_speed_of_the_belt() -> None:
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=ss.Coulomb(mu=0.3))
     true = {"mu": 0.3, "beta": 1.3, "V": 0.1}
