@@ -26,6 +26,7 @@ FLAGS = (
 WARM_UP_S = 600  # a cold cache compiles every kernel that the page needs
 SETTLE_MS = 300_000  # where kernels are compiled under load; a second on an idle machine
 POLL_MS = 20  # at each frame, as is the default, would have frames made
+FRAME = "() => new Promise((r) => requestAnimationFrame(() => setTimeout(r)))"  # has been laid out
 SHOTS = Path(os.environ.get("STICKSLIP_SHOTS", "/nonexistent"))
 
 
@@ -138,7 +139,7 @@ class Explorer:
         )
         wrong = "slots => slots.filter((slot) => explorer.standing(slot).kind === 'failed')"
         assert not self.page.evaluate(wrong, list(slots))
-        self.page.evaluate("() => new Promise((r) => requestAnimationFrame(() => setTimeout(r)))")
+        self.page.evaluate(FRAME)
         return self
 
     @contextmanager
@@ -169,7 +170,8 @@ class Explorer:
         )
 
     def spot(self, panel, x, y):
-        """Where a point of a panel's plot is on the screen."""
+        """Where a point of a panel's plot is on the screen, once that has been laid out."""
+        self.page.evaluate(FRAME)
         at = self.view(
             panel,
             f"[view.plot.x({float(x)}), view.plot.y({float(y)})].map((p) => p * view.plot.scale)",
