@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stickslip.cli import main
-from stickslip.cli.output import document, error_document, new_files, new_folder
+from stickslip.cli.output import Spoken, document, error_document, new_files, new_folder
 from stickslip.cli.process import REFUSED, RefusalError, UsageError
 from stickslip.files import write_csv
 
@@ -193,7 +193,8 @@ def test_a_document_has_the_four_parts():
     }
 
 
-def test_an_error_document_names_type_and_reason():
+def test_an_error_document_names_type_and_reason(monkeypatch):
+    monkeypatch.setattr(Spoken, "options", dict)  # those of a command that ran before
     parts = json.loads(error_document("map", ValueError("alpha = -1")))
     assert parts == {
         "schema": 1,
