@@ -45,7 +45,7 @@ MESSAGES: Final = (
     "gave up after max_time, or 200 steps for each of max_events; raise max_time or max_events",
     "simultaneous events leave no consistent set of modes; move the starting point",
     "the friction law returned NaN; check it over the speeds that occur",
-    "no step could be taken: it grew beyond all numbers, or the law is not smooth between knots",
+    "no step: the state grew beyond all numbers, or the law is not smooth between its knots",
     "a contact opened: its load vanished, and what follows is beyond dry friction",
     "no motion starts there: the contact is not released, or does not land, in that state",
     "all contacts stick for ever: no needed force reaches its limit again",

@@ -238,9 +238,9 @@ class Plant:
     def turns(self) -> Floats:
         """Columns: changes of (y, w) that nothing feels, as a free rotor turned as a whole."""
         own = self.reduced.matrix[self.n_waves :, self.n_waves :]
-        rubs = np.linalg.pinv(self.spread)  # velocities that friction feels; other w are none
-        ahead = own.shape[1] - rubs.shape[1]
-        return unfelt(np.concatenate([own, np.pad(rubs, ((0, 0), (ahead, 0)))]))
+        ahead = own.shape[1] - self.n_contacts
+        rubs = np.pad(self.gathered, ((0, 0), (ahead, 0)))  # what friction feels
+        return unfelt(np.concatenate([own, rubs]))
 
     def felt(self, change: Floats) -> Floats:
         """Leave out of changes of (y, w), shape (..., n), what nothing feels."""
@@ -289,6 +289,11 @@ class Plant:
         return np.asarray(np.linalg.lstsq(self.out[basis].T, self.out.T)[0].T)
 
     @cached_property
+    def gathered(self) -> Floats:
+        """Velocities at the independent contacts from those at all, (independent, m)."""
+        return np.asarray(np.linalg.pinv(self.spread))
+
+    @cached_property
     def mechanisms(self) -> Floats:
         """Ways to slip, a row each: velocities at contacts, as few of them moving as possible."""
         m, rank = self.n_contacts, len(self.independent)
@@ -320,8 +325,7 @@ class Plant:
         if not of.is_coupled:
             return inert / np.einsum("cn,nc->c", self.out, inert)
         inverse = np.linalg.inv(self.response[np.ix_(of.independent, of.independent)])
-        project = np.linalg.pinv(of.spread)
-        return np.asarray(inert @ project.T @ inverse @ project)
+        return np.asarray(inert @ of.gathered.T @ inverse @ of.gathered)
 
     @cached_property
     def reduced(self) -> Reduced:
