@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .PHONY: help reproduce test test-all quick check docs benchmark evidence packaging wheel clean lint format types page contracts budgets \
-	test-kernels lock env env-dev env-docs
+	test-compiled test-kernels lock env env-dev env-docs
 
 help:
 	@sed -n '/^#   make/s/^#   //p' Makefile
@@ -43,7 +43,7 @@ reproduce: $(STAMPS)/core
 # less than half a second or guard the front door, compiled. `$(MAKE)` one after the other, also under `make -j`: the summary comes last.
 test: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory test-kernels
-	$(TESTS) -m "not slow and not long"
+	@$(MAKE) --no-print-directory test-compiled
 
 test-all: $(STAMPS)/dev
 	@$(MAKE) --no-print-directory test-kernels
@@ -53,13 +53,10 @@ test-all: $(STAMPS)/dev
 quick: $(STAMPS)/dev
 	$(TESTS) $$(grep -v '^#' tests/quick.txt) -m "not slow and not long"
 
+# Side by side what takes one core each, the longest first.
 check: $(STAMPS)/dev
-	@$(MAKE) --no-print-directory lint
-	@$(MAKE) --no-print-directory types
-	@$(MAKE) --no-print-directory page
-	@$(MAKE) --no-print-directory contracts
-	@$(MAKE) --no-print-directory budgets
-	@$(MAKE) --no-print-directory test
+	@$(MAKE) --no-print-directory -j $(JOBS) types test-kernels page budgets lint contracts
+	@$(MAKE) --no-print-directory test-compiled
 
 # What takes too long for every change: tests marked slow, the others with many random examples, then
 # random systems against the oracles.
@@ -105,6 +102,9 @@ clean:
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # ---------------------------------------------------------------- what `check` is made of
+
+test-compiled: $(STAMPS)/dev
+	$(TESTS) -m "not slow and not long"
 
 test-kernels: $(STAMPS)/dev
 	NUMBA_DISABLE_JIT=1 $(PY) -m pytest $$(grep -rl 'mark\.kernel' tests --include='*.py') -m "kernel and not slow" -q

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 from tests.analysis.known_maps import border_collision, logistic, square_root, tent
 
-from stickslip.analysis.bifurcations.conditions.conditions import Collision, Connection, Flip, Fold
+from stickslip.analysis.bifurcations.conditions.conditions import (
+    Collision,
+    Connection,
+    Flip,
+    Fold,
+    Reading,
+)
 from stickslip.analysis.bifurcations.conditions.locate import Readings, solve, solve_near
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
@@ -176,6 +182,17 @@ def test_change_of_sign_without_a_zero_is_not_called_located():
     found = solve(Collision(2, border, -1), along(f, "a"), 0.4, 0.6)
     assert found.quality == "failed"
     assert found.value == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("every", [3, 5])
+def test_a_change_of_sign_there_and_back_within_rounding_is_not_called_located(every):
+    class Flickers:  # as at a break, where a label is an accident
+        def at(self, a):
+            here = abs(a - 0.5) < 1e-13 and round((a - 0.5) / np.spacing(0.5)) % every == 0
+            value = 0.01 + 0.1 * (0.5 - a) if a < 0.5 - 1e-13 or here else -0.2
+            return Reading(value, 1e-15, (0.0,), (1.0,), self, (1,), (0.0,))
+
+    assert solve(Flickers(), lambda a: a, 0.4, 0.6).quality == "failed"
 
 
 def test_solve_near_finds_the_same_as_solve_between():

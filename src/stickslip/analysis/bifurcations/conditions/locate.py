@@ -109,7 +109,8 @@ class Readings:
         rise = abs(self.known[s].value - zero.value)
         if rise <= ABOVE_NOISE * zero.noise:
             return False
-        own = [r for r in self.known if (r - t) * (t - s) > 0]
+        beyond = (r for r in self.known if (r - t) * (t - s) > 0)
+        own = [r for r in beyond if self.known[r].value * self.known[s].value < 0]
         if own and not self._too_steep(min(own, key=lambda r: abs(r - t)), t, s):
             return False
         r = t + NEARBY * (t - s)
@@ -117,6 +118,8 @@ class Readings:
             self(r)
         except ConditionLost:
             return False
+        if own and self.known[r].value * self.known[s].value > 0:
+            return True  # within rounding of a break the sign changes there and back
         # Another break that takes the place of this one there, or the next time, tells no slope.
         one, other = self.known[r].critical, zero.critical
         same = one is None or other is None or one.labels == other.labels

@@ -373,7 +373,9 @@ class _Between:
                     (last + beside, rooms[1], around.right),
                 )
             )
-            span, beside = self._around(left, right, around.events), NEARER * beside
+            span = self._around(left, right, around.events)
+            nearer = max(NEARER * beside, self.whole.closest)
+            beside = nearer if nearer < beside else 0.0
         return span
 
     def _groups(self, fresh: list[Event], place: Callable[[Event], float]) -> list[list[Event]]:
