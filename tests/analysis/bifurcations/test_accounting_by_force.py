@@ -23,15 +23,20 @@ EVERY = 10  # value at which orbits are counted by roots
 
 
 def settled(orbits_of, x, n, longest=64):
-    """Periods that orbits from x settle on, 0 for what does not recur; nothing for what leaves."""
+    """Periods that orbits from x settle on, 0 for what does not recur, and where they are.
+
+    Nothing for what leaves.
+    """
     while n > 0:
         x, n = orbits_of(x, min(n, PART))[:, -1], n - PART
         x = x[np.isfinite(x)]
     orbits = orbits_of(x, 4 * longest)
-    return {
+    orbits = orbits[np.isfinite(orbits[:, -1])]
+    periods = [
         next((p for p in range(1, longest) if np.abs(o[p:] - o[:-p]).max() < RECURS), 0)
-        for o in orbits[np.isfinite(orbits[:, -1])]
-    }
+        for o in orbits
+    ]
+    return np.array(periods, dtype=int), orbits[:, -1]
 
 
 def stable_periods(found, q):
@@ -56,12 +61,14 @@ def unaccounted(found, orbits_at, domain_at, n_values, n_steps):
             continue
         known, (left, right) = stable_periods(found, q), domain_at(q)
         orbits_of = orbits_at(q)
-        start = left + (right - left) * (np.arange(STARTS) + 0.37) / STARTS
-        # Slow orbits are given more time before they count.
-        for n in (n_steps, 20 * n_steps, 400 * n_steps):
-            strange = settled(orbits_of, start, n) - known
-            if not strange:
+        x = left + (right - left) * (np.arange(STARTS) + 0.37) / STARTS
+        # Slow orbits are given more time before they count; of what looks like chaos one, and less.
+        for more in (1, 20, 400):
+            periods, ends = settled(orbits_of, x, more * n_steps)
+            strange = set(periods.tolist()) - known
+            if not strange or (more > 1 and strange == {0}):
                 break
+            x = np.append(ends[np.isin(periods, [*strange - {0}])], ends[periods == 0][:1])
         if strange & set(range(1, PERIOD + 1)):
             silent.append((q, strange, known))
     return silent
