@@ -166,9 +166,11 @@ def orbit_of(
     if interval is None:
         interval = points[:, None] + np.multiply.outer(error, [-1.0, 1.0])
     points, labels = np.roll(points, -start), np.roll(labels, -start)
-    if texts is None:  # the map's own if it has any
+    if texts is None:  # the map's own if it has any: one for each label, as each takes a motion
+        described, where, which = np.unique(labels, return_index=True, return_inverse=True)
         describe = getattr(f, "itinerary", None)
-        texts = labels.tolist() if describe is None else list(map(describe, points.tolist()))
+        told = described.tolist() if describe is None else map(describe, points[where].tolist())
+        texts = np.array([*map(str, told)])[which].tolist()
     else:
         texts = [*texts[start:], *texts[:start]]
     return PeriodicOrbit(
