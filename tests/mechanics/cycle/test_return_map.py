@@ -215,6 +215,24 @@ def test_bifurcations_of_a_shaken_block() -> None:
     assert "border_collision" in kinds
 
 
+def test_nothing_bifurcates_where_an_orbit_passes_the_phase_0() -> None:
+    """It was said to enter a gap, or to meet the border where a block touches its limit."""
+    f = ss.return_map(shaken())
+    orbits = [
+        *ss.periodic_orbits(f.replace(V=0.141), 1),
+        *ss.periodic_orbits(f.replace(V=0.142), 1),
+    ]
+    assert np.ptp([orbit.points[0] for orbit in orbits if not orbit.stable]) > 6.0
+    found = ss.bifurcations(f, "V", (0.141, 0.142), max_period=1, n_lists=3)
+    assert len(found) == len(found.unresolved) == 0
+    block = shaken(0.0408, V=0.0279).replace(friction=ss.Stribeck(mu=0.66, speed=0.046, exponent=2))
+    f = ss.return_map(block.replace(damping=0.0376, **{"forcing.frequency": 0.537}))
+    cuts = [b for b in ss.breakpoints(f) if abs(abs(b.left - b.right) - TURN) < 1e-9]
+    assert {b.mechanism for b in cuts} == {"the next event comes at the phase 0 of the forcing"}
+    found = ss.bifurcations(f, "V", (0.0279, 0.028), max_period=2, n_lists=3)
+    assert len(found) == len(found.unresolved) == 0
+
+
 def test_each_phase_of_an_orbit_is_compared_the_short_way_round() -> None:
     """Points of a line are numbers, not rows: curves of orbits of period 2 met an IndexError."""
     f = ss.return_map(shaken())

@@ -34,7 +34,7 @@ from stickslip.analysis.bifurcations.explain import explained, with_attractors
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import bifurcations_nd
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import Concerned, concerned_orbits
-from stickslip.analysis.bifurcations.scan.events import SAME_VALUE
+from stickslip.analysis.bifurcations.scan.events import SAME_VALUE, passes_cut
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
@@ -327,6 +327,8 @@ class _Report:
     def _events(self, k: int, shares: list[Concerned]) -> Iterator[Bifurcation]:
         span, family = self.survey.spans[k], self.survey.family
         for event, share in zip(span.events, shares, strict=True):
+            if passes_cut(event, family.whole(event.value)):
+                continue
             item = self.part(
                 partial(explained, event, span, share, family), f"a {event.kind}", event.value
             )

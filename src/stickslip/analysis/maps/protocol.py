@@ -394,13 +394,20 @@ def turned_near(f: MapND, x: Floats, near: Floats) -> Floats:
     return x + _whole_turns(f, near - x)
 
 
-def _whole_turns(f: MapND, difference: Floats) -> Floats | float:
+def _whole_turns(f: Map1D | MapND, difference: Floats) -> Floats | float:
     """Return what of differences between points is whole periods of angles."""
     if (periods := getattr(f, "periods", None)) is None:
         return 0.0
     angle = np.isfinite(periods)  # of a line's one number for all points, (p,)
     period = np.where(angle, periods, 1.0)
     return np.where(angle, np.round(difference / period) * period, 0.0)
+
+
+def meet_on_circle(f: Map1D, left: float, right: float) -> bool:
+    """Tell whether two values apart on the line are one point, where a phase begins anew."""
+    apart = np.array([left - right])
+    whole = np.broadcast_to(_whole_turns(f, apart), 1)
+    return bool(whole.any() and np.abs(apart - whole) <= SAME * domain_width(f))
 
 
 def turns(f: MapND) -> Floats:

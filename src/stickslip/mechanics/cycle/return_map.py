@@ -16,6 +16,7 @@ from stickslip.analysis.maps.protocol import (
     box_points,
     checked_points,
     clip_to_domain,
+    meet_on_circle,
     reduced,
 )
 from stickslip.checks import (
@@ -31,7 +32,7 @@ from stickslip.mechanics.cycle.chart import PHASE, Chart, chart
 from stickslip.mechanics.cycle.shooting import sizes_of
 from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.event_map import ModelMap
-from stickslip.mechanics.eventmap.mechanism import UNKNOWN, mechanism_between
+from stickslip.mechanics.eventmap.mechanism import mechanism_between
 from stickslip.mechanics.eventmap.of_model import register_model_map
 from stickslip.mechanics.eventmap.records import Controls
 from stickslip.mechanics.flow.engine import block_engine
@@ -398,10 +399,9 @@ class LineReturnMap(SectionMap, LineMap):
             force = "its needed force turns back at the limit"
             why = force if self.event == "release" else "it reaches velocity 0 the other way"
             return Mechanism(f"beyond, contact {own} makes no {self.event}: {why}", own)
-        found = mechanism_between(self, left, right)
-        if found is UNKNOWN and self.coordinates == (PHASE,):
+        if meet_on_circle(self, *self(np.array([left, right]))):
             return Mechanism("the next event comes at the phase 0 of the forcing", None)
-        return found
+        return mechanism_between(self, left, right)
 
 
 def checked_window(domain: Any, names: tuple[str, ...]) -> tuple[tuple[float, float], ...] | None:

@@ -32,7 +32,7 @@ from stickslip.analysis.bifurcations.normal_forms import (
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
-from stickslip.analysis.maps.protocol import domain_width, values_and_slopes
+from stickslip.analysis.maps.protocol import domain_width, meet_on_circle, values_and_slopes
 from stickslip.analysis.orbits.newton import MANY, turned
 from stickslip.numerics.arrays import EPS
 
@@ -186,6 +186,16 @@ def _sort(found: Located, family: Family) -> tuple[EventKind, Criticality | None
     critical = found.reading.critical
     at_gap = critical is not None and critical.kind == "edge"
     return "enters_gap" if at_gap else "border_collision", None
+
+
+def passes_cut(event: Event, f: Map1D) -> bool:
+    """Tell whether an orbit only passes where a phase begins anew, as anywhere on a circle."""
+    critical = event.located.reading.critical
+    if critical is None:
+        return False
+    if isinstance(critical.critical, DomainEnd):
+        return meet_on_circle(f, *f.domain)
+    return meet_on_circle(f, critical.left, critical.right)
 
 
 def coefficients_at(found: Located, family: Family) -> CrossingCoefficients:
