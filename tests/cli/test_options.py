@@ -372,6 +372,15 @@ def test_arguments_are_called_as_options_are(text, told, monkeypatch):
     assert in_options(text) == told
 
 
+def test_keys_of_a_model_file_are_not_called_options(tmp_path, capsys):
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), V=0.5)
+    model = ss.Structure.from_state_space([[-1.0]], [[1.0]], [[1.0]], contacts=[contact])
+    ss.write_model(model, path := tmp_path / "model.toml")
+    path.write_text(path.read_text().replace("at = 0", "at = 1"))
+    assert main(["simulate", "--model", str(path), "--x", "0", "--t-end", "1"]) == 2
+    assert capsys.readouterr().err.endswith("contact k has at=k, its column of B and row of C.\n")
+
+
 UNEQUAL = pair(ss.Coulomb(mu=0.22), 0.2, damped=True)
 
 

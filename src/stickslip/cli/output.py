@@ -175,9 +175,22 @@ def in_options(text: str) -> str:
             lacking.append(f"{name}=")
         return found[0]
 
-    text = KIND.sub("", without_clauses(ARGUMENT.sub(told, text), PARTS))
+    text = _without_python(ARGUMENT.sub(told, text))
     missing = ", ".join(dict.fromkeys(lacking))
     return f"{text} ({missing} is for Python; this command has no such option)" if lacking else text
+
+
+def _without_python(text: str) -> str:
+    return KIND.sub("", without_clauses(text, PARTS))
+
+
+@contextmanager
+def of_file() -> Iterator[None]:
+    """Repeat what is wrong in a file in the file's words: its keys are no options."""
+    try:
+        yield
+    except ValueError as error:
+        raise UsageError(_without_python(str(error))) from error
 
 
 def told_as(error: BaseException) -> str:

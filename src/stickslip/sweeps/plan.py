@@ -158,6 +158,11 @@ def _axis(name: str, given: Any) -> Any:
     place = f"axes.{name}."
     if isinstance(given, dict) and "values" in given:
         return _read(given, _Values, place).values
+    if not isinstance(given, dict):
+        raise ValueError(
+            f"axes.{name} = {shown(given)}: a list of values is needed, or a table "
+            "{ from = ..., to = ..., n = ... }."
+        )
     found = _read(given, _Range, place)
     with within(f"axes.{name}: "):
         return axis(found.lo, found.hi, found.n, found.scale)
