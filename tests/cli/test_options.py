@@ -328,6 +328,8 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
         ),
         ("simulate --preset coulomb --x 1 --v 1 --t-end 9", "--x (1.0,) is not allowed"),
         ("certify --preset coulomb --entropy -1", "--entropy -1.0 is not allowed"),
+        ("certify --model mine.toml --max-period 1", "certify: model = Structure(mass=[1.0, "),
+        ("cycles --preset coulomb --seed -1", "--seed -1: a whole number, 0 or more"),
         ("simulate --preset coulomb -v 0 --t-end 9", "simulate: Unused Tokens"),
         ("map --preset coulomb --friction coulomb:0.2", "is not of the form NAME=VALUE\n"),
         ("orbits --model mine.toml", "(domain= is for Python; this command has no such option)"),
@@ -353,6 +355,10 @@ def test_messages_name_options_not_arguments_of_python(command, told, file, caps
         (
             "friction = 'a + s, a=0.3' of coulomb:mu=0.2",
             "friction = 'a + s, a=0.3' of coulomb:mu=0.2",
+        ),
+        (
+            "Chain(static=(1.0, 1.2), n_starts=0.7, friction=Coulomb(mu=0.4), ... is no pair",
+            "Chain(static=(1.0, 1.2), n_starts=0.7, friction=Coulomb(mu=0.4), ... is no pair",
         ),
         ("load(path, system=...) of mass_1", "load(path, system=...) of mass_1"),
         ("pieces['mu'][1] = 0.0: pieces['mu'][1] must", "--pieces mu 0.0: --pieces mu must"),

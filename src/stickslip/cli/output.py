@@ -39,7 +39,7 @@ PICTURE_HEIGHT = 4.0  # inches, over the width of two columns
 # An argument of Python in a message, with or without a place in it and a value; no part of a call,
 # a quotation or a list of names.
 ARGUMENT = re.compile(
-    r"""Known: [^.]*\.|[\w.]+\([^()]*\)|(?<!\w)(['"]).*?\1(?!\w)|"""
+    r"""Known: [^.]*\.|[\w.]+\((?:[^()]|\([^()]*\))*?(?:\)|\.\.\. )|(?<!\w)(['"]).*?\1(?!\w)|"""
     r"""(?<![\w.:-])(?<!-p )(?P<name>[a-z]\w*)(?P<at>(?:\[[^]]*\])*)"""
     r"""(?P<given>=True\b|=| = |(?![\w(=[]))"""
 )
