@@ -111,7 +111,7 @@ def _options(command: str = "") -> dict[str, str]:
     if command not in COMMANDS:
         return {}
     every = application(command)[command].assemble_argument_collection()
-    names = [each.name for each in every if MODEL not in each.parameter.group]
+    names = [each.name for each in every if each.parameter.group != (MODEL,)]
     own = {name.lstrip("-").replace("-", "_"): name for name in names}
     return own | (claims.SPOKEN if command == "certify" else {})
 
