@@ -113,6 +113,9 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
     [
         ("seed = 3", "sead = 3", "sead: unknown key. Known: store,"),
         ("seed = 3", 'seed = "x"', "seed: Expected `int`, got `str`"),
+        ("seed = 3", "seed = -1", "seed = -1 is not allowed: seed must be a whole number >= 0"),
+        ("seed = 3", "engine = 4", "engine: Expected `table`, got `int`"),
+        ("from = 0.03", "from = nan", "axes.V: from = nan is not allowed: from must be"),
         ('store = "map.zarr"', "", "store: missing"),
         ("[axes]", "[axis]", "axis: unknown key"),
         ("to = 0.05", "till = 0.05", "axes.V.till: unknown key. Known: from, to, n, scale"),
