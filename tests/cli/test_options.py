@@ -368,6 +368,7 @@ def test_messages_name_options_not_arguments_of_python(command, told, file, caps
         ),
         ("d = 1: outside. Take d from model.domain. So", "d = 1: outside. So"),
         ("d = 1: outside. model.contains(d) tells which. So", "d = 1: outside. So"),
+        ("Simulate, or take stickslip.return_map of 1.", "Simulate."),
         ("Choose: --at V=1, or dataset.sel(...).", "Choose: --at V=1."),
         ("./model.toml: lacks kind. Why", "./model.toml: lacks kind. Why"),
     ],

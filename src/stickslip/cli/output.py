@@ -45,7 +45,7 @@ ARGUMENT = re.compile(
 )
 # What only Python has: the kind of a value, and what is said of an object's parts.
 KIND = re.compile(r" \((?:tuple|list|dict|ndarray)\)")
-PARTS = re.compile(r"\b(?:ss|model|dataset)\.[a-z]\w*(?:\(|\.(?!\S))")
+PARTS = re.compile(r"\b(?:(?:ss|model|dataset)\.[a-z]\w*(?:\(|\.(?!\S))|stickslip\.[a-z])")
 PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 
 
