@@ -14,6 +14,7 @@ from stickslip.app.folder import LIMITS, PRESETS, preset_names, presets
 from stickslip.app.page import described_limits, made_presets
 from stickslip.cli.program import run
 from stickslip.files import plain
+from stickslip.mechanics.model.file import model_values
 
 LISTED = shipped.listed()
 SLOW = {  # 2 to 30 seconds each; there are others of their kinds
@@ -105,6 +106,18 @@ def test_making_writes_what_is_read(tmp_path, monkeypatch, capsys):
     names = [part.name for part in unpacked(shipped.read("coulomb-map.bin", tmp_path / "made"))]
     assert names == ["orbits", "explained"]
     assert capsys.readouterr().out.count("\n") == len(few)
+
+
+def test_a_motion_that_grows_beyond_single_precision_shows_its_beginning():
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.1)
+    model = ss.Structure([1.0, 1.0], [[2.0, -1.0], [-1.0, -30.0]], contacts=[contact])
+    asked = {"model": model_values(model), "x": [0.1, 0.1], "v": [0.0, 0.0], "t_end": 60.0}
+    (motion,) = unpacked(shipped.answer("motion", plain(asked)))
+    x = motion.arrays["x"]
+    shown = np.isfinite(x)
+    assert not np.isinf(x).any()
+    assert 0.1 < shown.mean() < 1.0
+    assert np.abs(x[shown]).max() > 1e30
 
 
 def first_views(page):

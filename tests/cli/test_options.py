@@ -328,6 +328,8 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
         ),
         ("simulate --preset coulomb --x 1 --v 1 --t-end 9", "--x (1.0,) is not allowed"),
         ("certify --preset coulomb --entropy -1", "--entropy -1.0 is not allowed"),
+        ("certify --model mine.toml --max-period 1", "certify: model = Structure(mass=[1.0, "),
+        ("cycles --preset coulomb --seed -1", "--seed -1: a whole number, 0 or more"),
         ("simulate --preset coulomb -v 0 --t-end 9", "simulate: Unused Tokens"),
         ("map --preset coulomb --friction coulomb:0.2", "is not of the form NAME=VALUE\n"),
         ("orbits --model mine.toml", "(domain= is for Python; this command has no such option)"),
@@ -354,6 +356,10 @@ def test_messages_name_options_not_arguments_of_python(command, told, file, caps
             "friction = 'a + s, a=0.3' of coulomb:mu=0.2",
             "friction = 'a + s, a=0.3' of coulomb:mu=0.2",
         ),
+        (
+            "Chain(static=(1.0, 1.2), n_starts=0.7, friction=Coulomb(mu=0.4), ... is no pair",
+            "Chain(static=(1.0, 1.2), n_starts=0.7, friction=Coulomb(mu=0.4), ... is no pair",
+        ),
         ("load(path, system=...) of mass_1", "load(path, system=...) of mass_1"),
         ("pieces['mu'][1] = 0.0: pieces['mu'][1] must", "--pieces mu 0.0: --pieces mu must"),
         (
@@ -362,6 +368,8 @@ def test_messages_name_options_not_arguments_of_python(command, told, file, caps
         ),
         ("d = 1: outside. Take d from model.domain. So", "d = 1: outside. So"),
         ("d = 1: outside. model.contains(d) tells which. So", "d = 1: outside. So"),
+        ("Simulate, or take stickslip.return_map of 1.", "Simulate."),
+        ("Choose: --at V=1, or dataset.sel(...).", "Choose: --at V=1."),
         ("./model.toml: lacks kind. Why", "./model.toml: lacks kind. Why"),
     ],
 )
@@ -370,6 +378,15 @@ def test_arguments_are_called_as_options_are(text, told, monkeypatch):
     options = {name: "--" + name.replace("_", "-") for name in names}
     monkeypatch.setattr(Spoken, "options", lambda: options)
     assert in_options(text) == told
+
+
+def test_keys_of_a_model_file_are_not_called_options(tmp_path, capsys):
+    contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), V=0.5)
+    model = ss.Structure.from_state_space([[-1.0]], [[1.0]], [[1.0]], contacts=[contact])
+    ss.write_model(model, path := tmp_path / "model.toml")
+    path.write_text(path.read_text().replace("at = 0", "at = 1"))
+    assert main(["simulate", "--model", str(path), "--x", "0", "--t-end", "1"]) == 2
+    assert capsys.readouterr().err.endswith("contact k has at=k, its column of B and row of C.\n")
 
 
 UNEQUAL = pair(ss.Coulomb(mu=0.22), 0.2, damped=True)

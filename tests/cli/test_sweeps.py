@@ -113,6 +113,9 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
     [
         ("seed = 3", "sead = 3", "sead: unknown key. Known: store,"),
         ("seed = 3", 'seed = "x"', "seed: Expected `int`, got `str`"),
+        ("seed = 3", "seed = -1", "seed = -1 is not allowed: seed must be a whole number >= 0"),
+        ("seed = 3", "engine = 4", "engine: Expected `table`, got `int`"),
+        ("from = 0.03", "from = nan", "axes.V: from = nan is not allowed: from must be"),
         ('store = "map.zarr"', "", "store: missing"),
         ("[axes]", "[axis]", "axis: unknown key"),
         ("to = 0.05", "till = 0.05", "axes.V.till: unknown key. Known: from, to, n, scale"),
@@ -124,7 +127,7 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
             "axes.V: scale = 'cubic' is unknown. Known: linear, log",
         ),
         ("from = 0.03, ", "", "axes.V.from: missing"),
-        ("[1.1, 1.2, 1.3]", "7", "axes.alpha = 7: a table is needed"),
+        ("[1.1, 1.2, 1.3]", "7", "axes.alpha = 7: a list of values is needed, or a table {"),
         ("[1.1, 1.2, 1.3]", '[1.1, "x"]', "axes.alpha.values[1]: Expected `float`, got `str`"),
         ("alpha = [", "alhpa = [", "axis 'alhpa': TwoBlock has no parameter 'alhpa'"),
         ("mu = 0.22", "mu = 7.0", "[model] [friction] mu = 7.0"),
@@ -143,7 +146,7 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("[chunks]\nV = 4\nalpha = 1", "[engine]\nrtol = 2.0", "engine: rtol = 2.0"),
         ("n = 8}", f"n = {LONG}}}", "to 100000000"),
         ("to = 0.05", f"to = {LONG}{LONG}", "V.to: "),
-        ("[1.1, 1.2, 1.3]", LONG, "a table is needed"),
+        ("[1.1, 1.2, 1.3]", LONG, "a list of values is needed"),
         ("V = 4", f"V = {LONG}", "that fits into 63 bits"),
         ("seed = 3", f"seed = {LONG}", "that fits into 63 bits"),
         ("seed = 3", f"d = {LONG}{LONG}", "d: "),
@@ -166,6 +169,14 @@ def test_a_bad_plan_is_told_by_file_and_key(plan, capsys, old, new, words):
     assert words in err, err
     assert len(err) < len(str(plan)) + 400
     assert not (plan.parent / "map.zarr").exists()
+
+
+def test_a_plan_is_told_in_its_own_words(plan, capsys):
+    law9 = PLAN.replace('{law = "coulomb", mu = 0.22}', '{law = "popp-stelter", gamma = 3.0}')
+    plan.write_text(law9.replace("[chunks]", '[engine]\nengine = "exact"\n[chunks]'))
+    code, _, err = ended(capsys, "sweep", plan)
+    assert code == 2
+    assert err.endswith("Take engine='auto' or 'adaptive'.\n")
 
 
 def test_models_and_maps_are_named_too(plan, monkeypatch):

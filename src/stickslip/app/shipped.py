@@ -31,7 +31,10 @@ from stickslip.mechanics.friction.stribeck import Stribeck
 from stickslip.mechanics.model.file import model_of_values, model_values
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.mechanics.model.arguments import Model
+    from stickslip.numerics.arrays import Floats
 
 INDEX: Final = "index.json"
 FIRST: Final = {"samples", "followed", "dots", "coarse"}
@@ -130,9 +133,15 @@ def _header(view: str, part: Part) -> dict[str, Any]:
 
 def _single(part: Part) -> dict[str, Any]:
     return {
-        name: array.astype(np.float32) if array.dtype.kind == "f" else array
+        name: _halved(array) if array.dtype.kind == "f" else array
         for name, array in part.arrays.items()
     }
+
+
+def _halved(array: Floats) -> NDArray[np.float32]:
+    """Round to single precision; what has grown beyond it is not there, so that the rest shows."""
+    beyond = np.isfinite(array) & (np.abs(array) > np.finfo(np.float32).max)
+    return np.where(beyond, np.nan, array).astype(np.float32)
 
 
 def make(folder: Path) -> None:

@@ -472,6 +472,8 @@ def cycles(
     """
     import stickslip as ss
 
+    if seed < 0:
+        raise UsageError(f"--seed {seed}: a whole number, 0 or more, is needed")
     settings = table.engine.settings()
     if settings.pop("engine") != "auto":
         raise UsageError("--engine: cycles are followed by one engine; leave the option out")

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
 from cyclopts import Group, Parameter, Token
 
-from stickslip.cli.output import PICTURE_SUFFIXES, document, draw_pictures, new_files, show_table
+from stickslip.cli.output import (
+    PICTURE_SUFFIXES,
+    document,
+    draw_pictures,
+    new_files,
+    of_file,
+    show_table,
+)
 from stickslip.cli.process import UsageError
 from stickslip.files import checked_suffix, write_table
 
@@ -141,7 +148,8 @@ class ModelOptions:
         if self.path is not None:
             from stickslip.mechanics.model.file import read_model
 
-            return read_model(self.path)
+            with of_file():
+                return read_model(self.path)
         if self.preset is not None:
             import stickslip as ss
 

@@ -39,13 +39,13 @@ PICTURE_HEIGHT = 4.0  # inches, over the width of two columns
 # An argument of Python in a message, with or without a place in it and a value; no part of a call,
 # a quotation or a list of names.
 ARGUMENT = re.compile(
-    r"""Known: [^.]*\.|[\w.]+\([^()]*\)|(?<!\w)(['"]).*?\1(?!\w)|"""
+    r"""Known: [^.]*\.|[\w.]+\((?:[^()]|\([^()]*\))*?(?:\)|\.\.\. )|(?<!\w)(['"]).*?\1(?!\w)|"""
     r"""(?<![\w.:-])(?<!-p )(?P<name>[a-z]\w*)(?P<at>(?:\[[^]]*\])*)"""
     r"""(?P<given>=True\b|=| = |(?![\w(=[]))"""
 )
 # What only Python has: the kind of a value, and what is said of an object's parts.
 KIND = re.compile(r" \((?:tuple|list|dict|ndarray)\)")
-PARTS = re.compile(r"\b(?:ss|model)\.[a-z]\w*(?:\(|\.(?!\S))")
+PARTS = re.compile(r"\b(?:(?:ss|model|dataset)\.[a-z]\w*(?:\(|\.(?!\S))|stickslip\.[a-z])")
 PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 
 
@@ -175,9 +175,22 @@ def in_options(text: str) -> str:
             lacking.append(f"{name}=")
         return found[0]
 
-    text = KIND.sub("", without_clauses(ARGUMENT.sub(told, text), PARTS))
+    text = _without_python(ARGUMENT.sub(told, text))
     missing = ", ".join(dict.fromkeys(lacking))
     return f"{text} ({missing} is for Python; this command has no such option)" if lacking else text
+
+
+def _without_python(text: str) -> str:
+    return KIND.sub("", without_clauses(text, PARTS))
+
+
+@contextmanager
+def of_file() -> Iterator[None]:
+    """Repeat what is wrong in a file in the file's words: its keys are no options."""
+    try:
+        yield
+    except ValueError as error:
+        raise UsageError(_without_python(str(error))) from error
 
 
 def told_as(error: BaseException) -> str:

@@ -16,6 +16,7 @@ from cyclopts import App, CycloptsError
 
 from stickslip import __version__
 from stickslip.cli import claims, installation, measurements, models, parameters, sweeps
+from stickslip.cli.options import MODEL
 from stickslip.cli.output import Spoken, told_as
 from stickslip.cli.process import (
     BAD_USAGE,
@@ -110,7 +111,7 @@ def _options(command: str = "") -> dict[str, str]:
     if command not in COMMANDS:
         return {}
     every = application(command)[command].assemble_argument_collection()
-    names = [each.name for each in every if each.keys[:1] != ("system",)]
+    names = [each.name for each in every if each.parameter.group != (MODEL,)]
     own = {name.lstrip("-").replace("-", "_"): name for name in names}
     return own | (claims.SPOKEN if command == "certify" else {})
 

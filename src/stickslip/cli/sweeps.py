@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole, pairs
-from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files
+from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, of_file
 from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
 from stickslip.files import checked_suffix
 
@@ -61,7 +61,8 @@ def sweep(
     """
     from stickslip.sweeps.plan import read_plan
 
-    read = read_plan(plan)
+    with of_file():
+        read = read_plan(plan)
     where = store or read.store
     if status or not resume:
         known = _known(read, where)

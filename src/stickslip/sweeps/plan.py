@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import msgspec
 
-from stickslip.checks import one_of, shown
+from stickslip.checks import one_of, shown, whole_number
 from stickslip.errors import StoreRefused
 from stickslip.files import checked_path
 from stickslip.mechanics.eventmap.of_model import event_map
 from stickslip.mechanics.friction.values import within
 from stickslip.mechanics.model.file import model_of_values, read_model, read_toml
 from stickslip.sweeps.identity import import_function
-from stickslip.sweeps.job import axis
+from stickslip.sweeps.job import LARGEST_SEED, axis
 from stickslip.sweeps.observables import OBSERVABLES, as_observables
 from stickslip.sweeps.sweep import sweep
 from stickslip.vocabulary import did_you_mean
@@ -30,9 +31,11 @@ if TYPE_CHECKING:
 T = TypeVar("T", bound=msgspec.Struct)
 
 
-class _Range(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"lo": "from", "hi": "to"}
-):
+ENDS: Final = {"lo": "from", "hi": "to"}
+"""Arguments of `axis`, and their keys."""
+
+
+class _Range(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename=ENDS):
     """An axis as a range."""
 
     lo: float
@@ -101,7 +104,7 @@ def read_plan(path: str | PathLike[str]) -> Plan:
             "observables": as_observables(
                 [_observable(*item) for item in enumerate(file.observables)]
             ),
-            "rng": file.seed,
+            "rng": whole_number("seed", file.seed, 0, at_most=LARGEST_SEED - 1),
             "d": file.d,
             "chunks": file.chunks,
             "storage_options": file.storage_options,
@@ -127,7 +130,8 @@ def _read(table: Any, kind: type[T], place: str) -> T:
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
-        told, _, where = str(error).partition(" - at `$.")
+        text = str(error).replace("object", "table").replace(" | null", "")  # what TOML calls them
+        told, _, where = text.partition(" - at `$.")
         raise ValueError(f"{place}{where.rstrip('`')}: {told}") from None
 
 
@@ -158,9 +162,17 @@ def _axis(name: str, given: Any) -> Any:
     place = f"axes.{name}."
     if isinstance(given, dict) and "values" in given:
         return _read(given, _Values, place).values
+    if not isinstance(given, dict):
+        raise ValueError(
+            f"axes.{name} = {shown(given)}: a list of values is needed, or a table "
+            "{ from = ..., to = ..., n = ... }."
+        )
     found = _read(given, _Range, place)
-    with within(f"axes.{name}: "):
+    try:
         return axis(found.lo, found.hi, found.n, found.scale)
+    except ValueError as error:
+        told = re.sub(r"\b(?:lo|hi)\b", lambda end: ENDS[end[0]], str(error))
+        raise ValueError(f"axes.{name}: {told}") from error
 
 
 def _observable(number: int, given: Any) -> Observable | str:

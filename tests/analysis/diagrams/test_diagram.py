@@ -347,3 +347,13 @@ class TestErrors:
     def test_a_system_without_parameters_is_refused(self):
         with pytest.raises(ValueError, match=r"no parameters|neither a map"):
             of_a_system(logistic().power(2), "r", [3.0, 3.1])
+
+
+def test_a_diagram_says_what_long_motions_hide():
+    """Without kinetic friction hardly any motion returns: nothing else is there to be told."""
+    f = event_map(examples.coulomb().replace(mu=0.0), max_events=300)
+    grid = [0.0366, 0.0372]
+    found = bifurcation_diagram(f, "V", grid, max_period=1, n_lists=2, attractors=False)
+    assert not found.orbits
+    (told,) = found.unresolved
+    assert told.endswith("narrow branches inside gaps, where motions are long")

@@ -274,6 +274,20 @@ def test_a_jacobian_that_is_not_that_of_the_values_is_refused(wrong):
         ss.Map(henon, 2, jacobian=other, **given)
 
 
+def test_a_jacobian_that_leaves_a_parameter_out_is_refused_where_it_moves():
+    known = ss.Map(henon, 2, parameters={"a": 1.4, "b": 0.3}, domain=[(-2, 2)] * 2)
+    f = ss.Map(
+        henon,
+        2,
+        parameters=known.parameters,
+        domain=[(-2, 2)] * 2,
+        jacobian=lambda z, a, b: known.replace(a=a).derivative(z),
+    )
+    assert f.replace(a=1.3) != f
+    with pytest.raises(ValueError, match=r"jacobian\[1, 0\] is .* differences of func tell 0.2"):
+        f.replace(b=0.2)
+
+
 def test_maps_are_immutable_values():
     f = ss.Map(henon, 2, parameters={"a": 1.4, "b": 0.3})
     assert f == ss.Map(henon, 2, parameters={"a": 1.4, "b": 0.3}) != f.replace(a=1.3)

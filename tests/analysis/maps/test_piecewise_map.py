@@ -245,6 +245,19 @@ def test_derivatives_that_are_not_those_of_the_values_are_refused(wrong):
             made(parameter_derivative=other)
 
 
+def test_a_derivative_that_leaves_a_parameter_out_is_refused_where_it_moves():
+    f = PiecewiseMap(
+        lambda x, r, c: c + r * x * (1 - x),
+        (0, 1),
+        parameters={"r": 3.8, "c": 0.0},
+        derivative=lambda x, r, c: 3.8 * (1 - 2 * x),
+    )
+    assert f.replace(c=0.01, r=3.8).derivative(0.5) == 0.0
+    for _ in range(2):
+        with pytest.raises(ValueError, match=r"^derivative is .* differences of func tell"):
+            f.replace(c=0.02).replace(r=3.0)
+
+
 def test_a_derivative_may_be_wrong_by_the_noise_of_the_function():
     def func(x):
         return np.sin(3 * np.float32(x)).astype(np.float32)

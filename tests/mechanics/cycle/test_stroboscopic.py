@@ -97,6 +97,12 @@ def test_a_frequency_without_the_others_is_no_parameter() -> None:
         ss.stroboscopic_map(two).parameter_derivative(np.zeros(4), "forcing.frequency")
 
 
+def test_frequencies_without_a_common_period_are_told_as_they_were_given() -> None:
+    two = SHARED.replace(forcing=[ss.Harmonic([0.1, 0.0], 1.1 * np.sqrt(2.0))])
+    with pytest.raises(ValueError, match=r"^the frequencies 1\.1 and 1\.5556\d* have no common"):
+        ss.stroboscopic_map(two)
+
+
 def test_labels_tell_the_events_of_a_period() -> None:
     """A map of R^n has a label for each piece: here from one sequence of modes to another."""
     f = ss.stroboscopic_map(BLOCK)

@@ -64,6 +64,25 @@ def test_a_stream_tells_the_slips_of_the_trajectory(model):
     np.testing.assert_array_equal(stream.state.x, motion.final_state.x)
 
 
+@pytest.mark.parametrize(
+    ("x", "v", "blocks"),
+    [
+        ([1.0, 0.5, 0.0, 0.0, 0.0], [0.05] * 5, (1,)),  # block 1 is let go, the others ride
+        ([0.0, 0.0, 0.0, 0.0, 1.0], [0.5, 0.05, 0.05, 0.05, 0.05], (5,)),  # far from one that moves
+        ([2.0, 0.5, 0.0, 0.0, 0.0], [0.05, 0.5, 0.05, 0.05, 0.05], None),  # beside one that moves
+    ],
+)
+def test_a_block_that_is_let_go_beyond_its_limit_begins_to_slip(x, v, blocks):
+    motion = ss.simulate(CHAIN, x, v, t_end=20, record="events")
+    assert motion.modes[0, 4 if blocks == (5,) else 0] == -1
+    first = [slip for slip in motion.slips if slip.start == 0.0]
+    assert [slip.blocks for slip in first] == ([] if blocks is None else [blocks])
+    stream = ss.slips(CHAIN, x, v, t_end=20)
+    assert [slip for slip in stream if slip.start == 0.0] == first
+    if first:
+        assert motion.derivative("x0_3").slip_starts[motion.slips.index(first[0])] == 0.0
+
+
 def test_blocks_lag_behind_the_belt_by_their_slips():
     """Moments of all slips, and of those cut by the ends, add up to the travel of the belt."""
     start = np.zeros(5), np.full(5, CHAIN.V)

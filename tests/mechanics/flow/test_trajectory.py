@@ -287,7 +287,7 @@ def test_moment_of_a_slip_is_how_far_the_belt_ran_ahead(stepper, record):
         assert slip.blocks
 
 
-def test_slips_are_those_between_global_sticks_only():
+def test_slips_are_those_that_begin_at_belt_velocity():
     model = ss.examples.coulomb()
     riding = ss.simulate(model, [0.0, 0.0], [model.V, model.V], t_end=1.0)
     assert riding.slips == ()
@@ -296,8 +296,9 @@ def test_slips_are_those_between_global_sticks_only():
     ends_riding = ss.simulate(model, d=0.1, t_end=5.0)
     assert ends_riding.modes[-1].tolist() == [0, 0]
     assert [slip.start for slip in ends_riding.slips] == [0.0]
-    # at rest on the belt but beyond the limits: that slip has no global stick before it
-    thrown = ss.simulate(model, [3.0, 3.0], [model.V, model.V], t_end=20.0)
+    let_go = ss.simulate(model, [3.0, 3.0], [model.V, model.V], t_end=20.0)  # beyond the limits
+    assert let_go.slips[0].start == 0.0
+    thrown = ss.simulate(model, [3.0, 3.0], [0.0, 0.0], t_end=20.0)
     assert thrown.slips[0].start > 0.0
 
 

@@ -272,6 +272,14 @@ BAD = {
         + '[[friction]]\nlaw = "coulomb"\nmu = 0\n',
         ["2 times for 1 blocks"],
     ),
+    "no contacts": (
+        'kind = "structure"\nmass = [1]\nstiffness = [1]\ncontact = []\n',
+        ["contact = []", "[[contact]]"],
+    ),
+    "laws in a plain list": (
+        changed('[friction]\nlaw = "coulomb"\nmu = 0.22', 'friction = ["coulomb:mu=0.2"]'),
+        ["friction = ['coulomb:mu=0.2']", "[[friction]]"],
+    ),
     "kind as number": (changed('"two_block"', "3"), ["kind = 3", "text"]),
     "key misspelt": (changed("alpha", "alhpa"), ["'alhpa'", "Did you mean 'alpha'?"]),
     "key in other case": (changed("V =", "v ="), ["'v'", "Did you mean 'V'?"]),

@@ -209,7 +209,10 @@ def diagram_of(
         orbits=orbits,
         attractors=_as_table(rows, iterates, sampled),
         breakpoints=breaks,
-        unresolved=tuple(map(str, survey.unresolved)) + _missing(values, orbits),
+        unresolved=(
+            *map(str, [*survey.unresolved, *getattr(survey, "outside", ())]),
+            *_missing(values, orbits),
+        ),
         coverage=getattr(survey, "coverage", None),
     )
 

@@ -209,7 +209,8 @@ class Map(UserMap):
         self._seconds = [0.0]  # that NumPy has spent on orbits, of all maps that `replace` makes
         self._try()
         self._recorded, self._why_not = self._trace()
-        self._check_jacobian()
+        self._moved = set()
+        self._check_derivatives()
 
     def _checked_periods(self, periodic: Sequence[float | None] | None) -> Floats:
         none = [None] * self._dimension
@@ -456,7 +457,7 @@ class Map(UserMap):
                     f"{value.shape}. Images must be shaped like the points."
                 )
 
-    def _check_jacobian(self) -> None:
+    def _check_derivatives(self) -> None:
         """Refuse a given Jacobian that is not that of the values."""
         if self._jacobian is None:
             return

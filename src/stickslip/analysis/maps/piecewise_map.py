@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 
 import numpy as np
 
@@ -140,6 +140,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         self._breakpoints = self._breakpoints_with(self._parameters)
         self._analytic: bool | None = None  # unknown until a slope is asked for
         self._learn_how_to_call()
+        self._moved = set()
         self._check_derivatives()
 
     # ------------------------------------------------------------------ what it is
@@ -172,29 +173,16 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         """Ends of the closed interval of arguments."""
         return self._domain
 
-    def replace(self, **changes: float) -> Self:
-        """Return the same map with other parameter values.
-
-        Raises
-        ------
-        ValueError
-            A name is not one of the map's parameters, a value is not a finite number, or a
-            callable fails on the new values.
-
-        Notes
-        -----
-        The copy inherits what was found out by trying: which callables take arrays. It calls
-        each of them once, and tries again if that fails. Whether complex steps differentiate
-        ``func`` may well depend on the values (``a * abs(x)`` at a = 0), so every copy finds
-        that out for itself, when first asked for a slope.
-        """
-        other = super().replace(**changes)
-        other._analytic = None
+    def _adapt(self) -> None:
+        """Find the breakpoints; try the callables once each, and anew if that fails."""
+        # Copies inherit which callables take arrays. Whether complex steps differentiate ``func``
+        # may well depend on the values (``a * abs(x)`` at a = 0), so every copy finds that out for
+        # itself, when first asked for a slope.
+        self._analytic = None
         if callable(self._given_breakpoints):
-            other._breakpoints = other._breakpoints_with(other._parameters)
-        if not other._still_callable():
-            other._learn_how_to_call()
-        return other
+            self._breakpoints = self._breakpoints_with(self._parameters)
+        if not self._still_callable():
+            self._learn_how_to_call()
 
     def __hash__(self) -> int:
         func = self._func if isinstance(self._func, Formulas) else id(self._func)

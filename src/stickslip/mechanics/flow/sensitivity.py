@@ -19,7 +19,7 @@ from stickslip.mechanics.flow.blocks.system import TangentSteps, block_direction
 from stickslip.mechanics.flow.blocks.transitions import excess_rate
 from stickslip.mechanics.flow.engine import block_engine
 from stickslip.mechanics.flow.recorder import BlocksRecorder, phase_starts, place
-from stickslip.mechanics.flow.slip import SlipTracker, leaves_belt
+from stickslip.mechanics.flow.slip import SlipTracker
 from stickslip.mechanics.flow.system import AT_UPPER_LIMIT, LANDING, STICK
 from stickslip.mechanics.model.arguments import Model
 from stickslip.mechanics.model.orders import orders
@@ -156,9 +156,7 @@ class Sensitivity(Result):
         moved = self._at(index, t)[:, : plant.n_positions]
         travels = self._directions.travels(t, clock, x, v, moved)
         times = np.column_stack([t, clock])
-        record = self.trajectory._record
-        first = record.x[0], record.v[0], record.w[0], record.e[0]
-        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, *first))
+        tracker = SlipTracker(plant, self.trajectory._record.w[0])
         found = [
             np.array(slip[:2] + slip[3:])[:, 1:]
             for time, travel, mode in zip(times, travels, self._modes, strict=True)

@@ -28,11 +28,6 @@ class Slip(NamedTuple):
     moment: float
 
 
-def leaves_belt(plant: Plant, x: Floats, v: Floats, w: Floats, e: Floats) -> bool:
-    """Whether a motion starts as a global stick phase ends: at rest, within all limits."""
-    return bool((w == 0.0).all() and (np.abs(e) <= plant.limits(x, v)).all())
-
-
 @dataclass
 class _Growing:
     """A slip that goes on: blocks that move now, all that did, the moment of those at rest."""
@@ -46,23 +41,24 @@ class _Growing:
 class SlipTracker:
     """Joins changes of mode to slips while a motion goes on; holds no more than the open ones."""
 
-    # Slips that had begun before the start are left out, unless it is `from_belt`. Times and
+    # Slips that had begun before the start are left out: contacts that moved there, with `w`, the
+    # relative velocities. One at rest beyond its limit is let go, and its slip begins. Times and
     # travels are numbers, or arrays of a number and its derivatives.
 
-    def __init__(self, plant: Plant, *, from_belt: bool) -> None:
+    def __init__(self, plant: Plant, w: Floats) -> None:
         m = plant.n_contacts
         self._neighbours = plant.neighbours
         self._mode = np.zeros(m, dtype=np.int64)
         self._left: list[Any] = [0.0] * m  # how far the belt had left each behind at the start
         self._slip: dict[int, _Growing] = {}  # of each moving block
-        self._unknown = not from_belt
+        self._moved_before = w != 0.0
 
     def see(self, t: Any, travel: Sequence[Any] | Floats, mode: Ints) -> Iterator[Slip]:
         """Take time and ``Plant.travel`` as a step begins; yield the slips that are over."""
         moved, moves = self._mode != 0, mode != 0
         for block in np.flatnonzero(moves & ~moved).tolist():
             self._begin(block, t, travel[block])
-        self._unknown = False
+        self._moved_before[:] = False
         for block in np.flatnonzero(moved & ~moves).tolist():
             slip = self._slip.pop(block)
             slip.moving.remove(block)
@@ -75,7 +71,7 @@ class SlipTracker:
     def _begin(self, block: int, t: Any, travel: Any) -> None:
         """Let a block join the slips of its neighbours, which are one from now on."""
         self._left[block] = travel
-        slip = _Growing(-math.inf if self._unknown else t, {block}, {block})
+        slip = _Growing(-math.inf if self._moved_before[block] else t, {block}, {block})
         self._slip[block] = slip
         beside = (self._slip.get(k) for k in self._neighbours[block])
         for other in {id(found): found for found in beside if found is not None}.values():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.checks import whole_number
 from stickslip.mechanics.flow.engine import tolerance
-from stickslip.mechanics.flow.slip import Slip, SlipTracker, leaves_belt
+from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.flow.trajectory import (
     State,
     end_time,
@@ -61,7 +61,7 @@ class SlipStream(Iterator[Slip]):
     def _follow(self, t_end: float, max_events: int) -> Iterator[Slip]:
         recorder, record = self._recorder, self._recorder.record
         plant = self.model.plant
-        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, *recorder.last))
+        tracker = SlipTracker(plant, recorder.last[2])
 
         def seen() -> Iterator[Slip]:
             t, mode = record[-1].t, record[-1].mode
@@ -104,7 +104,8 @@ def slips(
     -------
     SlipStream
         An iterator of `Slip`, in the order of their ends. Slips that had begun before the start
-        are left out, and so are those that go on in the end.
+        are left out, and so are those that go on in the end. One of blocks that are let go at
+        belt velocity, beyond their limits, begins at the start.
 
     Raises
     ------

@@ -23,7 +23,7 @@ from stickslip.mechanics.flow.recorder import (
     phase_starts,
 )
 from stickslip.mechanics.flow.sensitivity import Origin, Sensitivity, sensitivity
-from stickslip.mechanics.flow.slip import Slip, SlipTracker, leaves_belt
+from stickslip.mechanics.flow.slip import Slip, SlipTracker
 from stickslip.mechanics.model.arguments import Model, checked_model, checked_state
 from stickslip.mechanics.model.plant import sliding_friction
 from stickslip.mechanics.model.two_block import TwoBlock
@@ -169,8 +169,7 @@ class Trajectory(Result):
     def slips(self) -> tuple[Slip, ...]:
         """Slips that both begin and end within this trajectory, in the order of their ends."""
         record, plant = self._record, self.model.plant
-        first = record.x[0], record.v[0], record.w[0], record.e[0]
-        tracker = SlipTracker(plant, from_belt=leaves_belt(plant, *first))
+        tracker = SlipTracker(plant, record.w[0])
         seen = (
             tracker.see(t, plant.travel(record.x[k], t).tolist(), record.mode[k])
             for k in [*self._changes, -1]

@@ -153,7 +153,8 @@ def friction_of(given: Any, n_blocks: int | None) -> FrictionLaw | tuple[Frictio
             )
     raise ValueError(
         f"friction = {shown(given)} must be a table: a line [friction], under it law and its "
-        'parameters; or a text such as "coulomb:mu=0.22" or "a + (1 - a) * exp(-s), a=0.3".'
+        "parameters, or [[friction]] so for each block, in their order; or one text such as "
+        '"coulomb:mu=0.22" or "a + (1 - a) * exp(-s), a=0.3".'
     )
 
 

@@ -158,7 +158,7 @@ def _physical(table: Any, given: Mapping[str, Any]) -> TwoBlock:
 
 
 def _contacts(name: str, given: Any) -> list[Contact]:
-    if not isinstance(given, list):
+    if not (isinstance(given, list) and given):
         raise ValueError(f"{name} = {shown(given)}: write [[{name}]], once for each.")
     return [_contact(f"[[{name}]] {k}", own) for k, own in enumerate(given)]
 

@@ -183,7 +183,7 @@ class Plant:
     def period(self) -> float:
         """Common period of the harmonics; ValueError if there is none."""
         moving = self.amplitude.any(axis=0) | self.belt.any(axis=0)
-        frequencies = np.unique(self.frequency[moving])
+        frequencies = np.unique(self.frequency[moving]).tolist()
         lowest, turns = frequencies[0], 1
         for other in frequencies[1:]:
             ratio = Fraction(other / lowest).limit_denominator(LARGEST_RATIO)
