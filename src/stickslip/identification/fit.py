@@ -96,7 +96,7 @@ class Fit(Result):
     values, standard_errors : ndarray, shape (k,)
         A standard error is inf where the data cannot tell.
     intervals : ndarray, shape (k, 2)
-        95 per cent, by Student's distribution.
+        95 per cent: normal where all errors were given, else by Student's distribution.
     covariance : ndarray, shape (k, k)
         Of what is determined.
     start : ndarray, shape (k,)
@@ -308,8 +308,8 @@ class Fit(Result):
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            By Student's distribution about the estimates with their covariance, as `intervals`;
-            draws outside the bounds are drawn again. `stickslip.propagate` carries them on.
+            By the distribution of `intervals` about the estimates with their covariance; draws
+            outside the bounds are drawn again. `stickslip.propagate` carries them on.
 
         Raises
         ------
@@ -327,11 +327,12 @@ class Fit(Result):
         """
         n = whole_number("n", n, at_most=MOST_KEPT)
         generator = random_generator("rng", rng)
-        axes, low, high = self._axes(), *self.bounds.T
+        nu, axes, low, high = self._freedom, self._axes(), *self.bounds.T
         found = np.empty((0, len(self.parameters)))
         for _ in range(MOST_DRAWN):
-            wide = np.sqrt(self.n_free / generator.chisquare(self.n_free, size=(n, 1)))
-            drawn = self.values + wide * generator.standard_normal((n, len(axes))) @ axes
+            squares = generator.chisquare(nu, size=(n, 1)) / nu if np.isfinite(nu) else 1.0
+            normal = generator.standard_normal((n, len(axes))) @ axes
+            drawn = self.values + normal / np.sqrt(squares)
             inside = ((low <= drawn) & (drawn <= high)).all(axis=1)
             found = np.concatenate([found, drawn[inside]])
             if len(found) >= n:
@@ -379,7 +380,7 @@ class Fit(Result):
         name : str
             Among `parameters`.
         values : array_like of float, shape (n,), optional
-            Values to go through; nine within three standard errors if not given.
+            Values to go through; nine over one and a half times `intervals` if not given.
 
         Returns
         -------
@@ -398,7 +399,7 @@ class Fit(Result):
         if values is None:
             if not np.isfinite(error):
                 raise ValueError(f"the data cannot tell {name}: give the values to go through")
-            low, high = np.clip(best + REACH * error * np.array([-1.0, 1.0]), *self.bounds[k])
+            low, high = np.clip(best + REACH * (self.intervals[k] - best), *self.bounds[k])
             values = np.linspace(low, high, POINTS)
         held = np.sort(grid("values", values))
         if held[0] < self.bounds[k, 0] or held[-1] > self.bounds[k, 1]:
@@ -462,7 +463,12 @@ class Fit(Result):
         """Standard errors on either side of 95 per cent."""
         from scipy.stats import t as student  # loads linear algebra
 
-        return float(student.ppf(0.975, self.n_free))
+        return float(student.ppf(0.975, self._freedom))
+
+    @property
+    def _freedom(self) -> float:
+        """Degrees of freedom of the estimated errors of the data; inf where they were given."""
+        return np.inf if _errors_given(self.data, self.loss) else self.n_free
 
     def __repr__(self) -> str:
         """Headline, estimates, data."""
@@ -572,7 +578,7 @@ def fit(
     found, spent = _searched(
         model, given, names, ranges, known, loss, pieces, n_starts, evaluations
     )
-    if known and not (_weighed(given) and loss == "linear"):
+    if known and not _errors_given(given, loss):
         found, more = _balanced(found, ranges, evaluations, loss)
         spent += more
     return _result(model, found, ranges, given, known, spent, loss)
@@ -925,6 +931,11 @@ def _weighed(data: tuple[Data, ...]) -> bool:
     return all(each.is_weighed for each in data)
 
 
+def _errors_given(data: tuple[Data, ...], loss: Loss) -> bool:
+    """Whether the errors of the data are those given, not estimated from residuals."""
+    return _weighed(data) and loss == "linear"
+
+
 def _names(model: Model, parameters: Any) -> tuple[str, ...]:
     listed = (
         [parameters] if isinstance(parameters, str) or not np.iterable(parameters) else parameters
@@ -995,7 +1006,7 @@ def _result(
 ) -> Fit:
     problem, unknowns = stage.problem, stage.unknowns
     names, n = problem.names, len(problem.names)
-    scale = 1.0 if _weighed(data) and loss == "linear" else stage.scale(loss)
+    scale = 1.0 if _errors_given(data, loss) else stage.scale(loss)
     jacobian = problem.jacobian(unknowns)
     there = np.isfinite(jacobian).all(axis=1)
     covariance, undetermined = _covariance(jacobian[there], names)
