@@ -837,6 +837,13 @@ def fitted_by(text: str, **start: float) -> ss.Fit:
     return ss.fit(block, measured_forces(), list(start), check_units=False)
 
 
+def test_what_one_motion_tells_but_for_rounding_is_not_lost() -> None:
+    law9, t = ss.examples.law9(), np.linspace(0.0, 20.0, 300)
+    found = ss.fit(law9, ss.Record(t, ss.simulate(law9, d=0.38, t_end=20).x(t)), ["gamma", "alpha"])
+    assert found.pieces == 1
+    np.testing.assert_allclose(found.values, found.start, rtol=1e-9)
+
+
 def test_residuals_that_neighbours_share_are_told() -> None:
     wrong = fitted_by(FALLING, a=0.6, v=0.5, h=0.01)
     right = fitted_by("a - b * log1p(s / v)", a=1.0, b=0.1, v=0.5)

@@ -615,7 +615,7 @@ def _searched(
             spent += first.spent
         stage = search.run(begin, evaluations, loss, FINE if approach == len(stages) else COARSE)
         spent += search.spent
-        if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
+        if found is not None and pieces is None and stage.has_lost(found):
             search = _Search(found.problem, ranges)  # one motion has lost the data: its pieces
             found = search.run(found.unknowns, evaluations, loss)  # have not
             spent += search.spent
@@ -850,6 +850,14 @@ class _Stage(NamedTuple):
         """Of the data alone."""
         return np.concatenate([each.residuals for each in self.answers])
 
+    def has_lost(self, before: _Stage) -> bool:
+        """Whether the data are told much worse than before, and not only for rounding."""
+        told = [np.nan_to_num(each.fitted, nan=np.inf) for each in self.answers]
+        pairs = zip(self.problem.terms, told, strict=True)
+        return self.chi2 > WORSE * before.chi2 and not all(
+            _is_rounding(term.data, fitted) for term, fitted in pairs
+        )
+
     @property
     def n_free(self) -> int:
         """Number of data, and of what was known besides, less that of the unknowns."""
@@ -888,14 +896,24 @@ def _pieces_of(model: Model, record: Record) -> int:
     return int(np.clip((t[-1] - t[0]) / natural_period(model), 1, max(len(t) // 12, 1)))
 
 
+def _is_rounding(data: Data, fitted: Floats) -> bool:
+    """Whether what the model does not tell of any quantity is rounding."""
+    return all(
+        np.abs(np.nan_to_num(model - values)).max()
+        <= ROUNDING * max(np.ptp(kept), np.abs(kept).max())
+        for _, _, values, model, _ in compared(data, fitted)
+        for kept in [values[np.isfinite(values)]]
+    )
+
+
 def _alike(data: Data, fitted: Floats) -> tuple[float, float]:
     """Correlate neighbouring residuals, about zero; what the model does not meet is left out."""
     together = squares = 0.0
+    if _is_rounding(data, fitted):
+        return np.nan, np.nan
     for _, _, values, model, sigma in compared(data, fitted):
         known = np.isfinite(values)
         off = np.nan_to_num(model - values)
-        if np.abs(off).max() <= ROUNDING * max(np.ptp(values[known]), np.abs(values[known]).max()):
-            return np.nan, np.nan
         for column, there in zip((off / sigma).T, known.T, strict=True):
             one = column[there]
             together += float(one[1:] @ one[:-1])
