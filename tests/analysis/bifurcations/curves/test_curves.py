@@ -293,6 +293,10 @@ def test_points_are_kept_up_to_the_last_in_no_doubt_each_once(until):
     assert len(kept) == lost + (until > lost - 1 + 1 / 16)
 
 
+def test_looks_that_doubt_a_known_crisis_end_no_curve():
+    assert last_crisis([0.0, 1.0, 2.0], lambda x: "doubt", lambda a, b: 0.5 * (a + b)) is None
+
+
 # ---------------------------------------------------------------- arguments and files
 
 
