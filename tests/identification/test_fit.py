@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 from tests.sizes import slow
 
 import stickslip as ss
@@ -651,20 +652,35 @@ def test_an_error_is_carried_to_what_follows() -> None:
         found.predict(3)  # type: ignore[arg-type]
 
 
-def test_a_sample_is_drawn_from_the_distribution_of_the_estimates() -> None:
+@pytest.mark.parametrize("given", [True, False])
+def test_a_sample_is_drawn_from_the_distribution_of_the_estimates(given: bool) -> None:
     s = np.linspace(0.01, 1.5, 8)
     force, sigma = noisy(BLOCK.friction.force(s))
-    found = ss.fit(BLOCK, ss.ForcePoints(s, force, sigma=sigma), ["mu", "speed"])
+    points = ss.ForcePoints(s, force, sigma=sigma if given else None)
+    found = ss.fit(BLOCK, points, ["mu", "speed"])
     n = 100_000
     drawn = found.sample(n, rng=1)
     assert drawn["mu"].tobytes() == found.sample(n, rng=1)["mu"].tobytes()
     both = np.stack([drawn[name] for name in found.parameters])
     # Of Student's distribution: nu / (nu - 2) times the covariance of its scale.
-    wider = found.n_free / (found.n_free - 2)
+    wider = 1.0 if given else found.n_free / (found.n_free - 2)
     np.testing.assert_allclose(np.cov(both), wider * found.covariance, rtol=0.05)
     ends = np.quantile(both, [0.025, 0.975], axis=1).T
     reach = np.diff(found.intervals, axis=1)
     assert (np.abs(ends - found.intervals) < 0.02 * reach).all()
+
+
+@pytest.mark.parametrize("n", [2, 3, 12])
+def test_intervals_are_those_of_a_mean(n: int) -> None:
+    # Normal where its error is known, Student's where that comes from n - 1 differences.
+    y = 0.5 + np.random.default_rng(n).normal(scale=0.01, size=n)
+    block, s = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4)), np.linspace(0.1, 1.0, n)
+    known, estimated = 1.959964 * 0.01, stats.t.ppf(0.975, n - 1) * y.std(ddof=1)
+    for sigma, reach in ((0.01, known), (None, estimated)):
+        found = ss.fit(block, ss.ForcePoints(s, y, sigma=sigma), ["mu"])
+        ends = y.mean() + reach / np.sqrt(n) * np.array([-1.0, 1.0])
+        np.testing.assert_allclose(found.intervals[0], ends, rtol=1e-6)
+        np.testing.assert_allclose(found.profile("mu").interval, ends, rtol=1e-4)
 
 
 def test_a_sample_stays_within_the_bounds() -> None:
@@ -698,7 +714,7 @@ def test_a_profile_is_the_interval_where_linear_theory_holds() -> None:
     found = ss.fit(BLOCK, ss.ForcePoints(s, force, sigma=sigma), ["mu", "speed"])
     profile = found.profile("mu")
     np.testing.assert_allclose(profile.interval, found.intervals[0], rtol=1e-3)
-    np.testing.assert_allclose(profile.root[[0, -1]], [-3.0, 3.0], rtol=0.02)
+    np.testing.assert_allclose(profile.root[[0, -1]], [-2.94, 2.94], rtol=0.02)
     assert (np.diff(profile.others[:, 1]) < 0.0).all() or (
         np.diff(profile.others[:, 1]) > 0.0
     ).all()
@@ -819,6 +835,13 @@ def fitted_by(text: str, **start: float) -> ss.Fit:
     """Fit a law of one's own; to check units, a motion under it would be compiled."""
     block = ss.Oscillator(V=1.0, friction=ss.friction_law(text, parameters=start), damping=0.02)
     return ss.fit(block, measured_forces(), list(start), check_units=False)
+
+
+def test_what_one_motion_tells_but_for_rounding_is_not_lost() -> None:
+    law9, t = ss.examples.law9(), np.linspace(0.0, 20.0, 300)
+    found = ss.fit(law9, ss.Record(t, ss.simulate(law9, d=0.38, t_end=20).x(t)), ["gamma", "alpha"])
+    assert found.pieces == 1
+    np.testing.assert_allclose(found.values, found.start, rtol=1e-9)
 
 
 def test_residuals_that_neighbours_share_are_told() -> None:

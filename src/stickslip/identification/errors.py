@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from stickslip.mechanics.model.arguments import Model
     from stickslip.numerics.arrays import Floats
 
-# Standard errors on either side of an estimate that a profile goes through, and its points.
-REACH, POINTS = 3.0, 9
+# Times the interval of linear theory that a profile goes through, and its points.
+REACH, POINTS = 1.5, 9
 # Standard error with which a profile holds a parameter, of that of its estimate.
 HELD = 1e-5
 

@@ -96,7 +96,7 @@ class Fit(Result):
     values, standard_errors : ndarray, shape (k,)
         A standard error is inf where the data cannot tell.
     intervals : ndarray, shape (k, 2)
-        95 per cent, by Student's distribution.
+        95 per cent: normal where all errors were given, else by Student's distribution.
     covariance : ndarray, shape (k, k)
         Of what is determined.
     start : ndarray, shape (k,)
@@ -308,8 +308,8 @@ class Fit(Result):
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            By Student's distribution about the estimates with their covariance, as `intervals`;
-            draws outside the bounds are drawn again. `stickslip.propagate` carries them on.
+            By the distribution of `intervals` about the estimates with their covariance; draws
+            outside the bounds are drawn again. `stickslip.propagate` carries them on.
 
         Raises
         ------
@@ -327,11 +327,12 @@ class Fit(Result):
         """
         n = whole_number("n", n, at_most=MOST_KEPT)
         generator = random_generator("rng", rng)
-        axes, low, high = self._axes(), *self.bounds.T
+        nu, axes, low, high = self._freedom, self._axes(), *self.bounds.T
         found = np.empty((0, len(self.parameters)))
         for _ in range(MOST_DRAWN):
-            wide = np.sqrt(self.n_free / generator.chisquare(self.n_free, size=(n, 1)))
-            drawn = self.values + wide * generator.standard_normal((n, len(axes))) @ axes
+            squares = generator.chisquare(nu, size=(n, 1)) / nu if np.isfinite(nu) else 1.0
+            normal = generator.standard_normal((n, len(axes))) @ axes
+            drawn = self.values + normal / np.sqrt(squares)
             inside = ((low <= drawn) & (drawn <= high)).all(axis=1)
             found = np.concatenate([found, drawn[inside]])
             if len(found) >= n:
@@ -379,7 +380,7 @@ class Fit(Result):
         name : str
             Among `parameters`.
         values : array_like of float, shape (n,), optional
-            Values to go through; nine within three standard errors if not given.
+            Values to go through; nine over one and a half times `intervals` if not given.
 
         Returns
         -------
@@ -398,7 +399,7 @@ class Fit(Result):
         if values is None:
             if not np.isfinite(error):
                 raise ValueError(f"the data cannot tell {name}: give the values to go through")
-            low, high = np.clip(best + REACH * error * np.array([-1.0, 1.0]), *self.bounds[k])
+            low, high = np.clip(best + REACH * (self.intervals[k] - best), *self.bounds[k])
             values = np.linspace(low, high, POINTS)
         held = np.sort(grid("values", values))
         if held[0] < self.bounds[k, 0] or held[-1] > self.bounds[k, 1]:
@@ -462,7 +463,12 @@ class Fit(Result):
         """Standard errors on either side of 95 per cent."""
         from scipy.stats import t as student  # loads linear algebra
 
-        return float(student.ppf(0.975, self.n_free))
+        return float(student.ppf(0.975, self._freedom))
+
+    @property
+    def _freedom(self) -> float:
+        """Degrees of freedom of the estimated errors of the data; inf where they were given."""
+        return np.inf if _errors_given(self.data, self.loss) else self.n_free
 
     def __repr__(self) -> str:
         """Headline, estimates, data."""
@@ -572,7 +578,7 @@ def fit(
     found, spent = _searched(
         model, given, names, ranges, known, loss, pieces, n_starts, evaluations
     )
-    if known and not (_weighed(given) and loss == "linear"):
+    if known and not _errors_given(given, loss):
         found, more = _balanced(found, ranges, evaluations, loss)
         spent += more
     return _result(model, found, ranges, given, known, spent, loss)
@@ -609,7 +615,7 @@ def _searched(
             spent += first.spent
         stage = search.run(begin, evaluations, loss, FINE if approach == len(stages) else COARSE)
         spent += search.spent
-        if found is not None and pieces is None and stage.chi2 > WORSE * found.chi2:
+        if found is not None and pieces is None and stage.has_lost(found):
             search = _Search(found.problem, ranges)  # one motion has lost the data: its pieces
             found = search.run(found.unknowns, evaluations, loss)  # have not
             spent += search.spent
@@ -844,6 +850,14 @@ class _Stage(NamedTuple):
         """Of the data alone."""
         return np.concatenate([each.residuals for each in self.answers])
 
+    def has_lost(self, before: _Stage) -> bool:
+        """Whether the data are told much worse than before, and not only for rounding."""
+        told = [np.nan_to_num(each.fitted, nan=np.inf) for each in self.answers]
+        pairs = zip(self.problem.terms, told, strict=True)
+        return self.chi2 > WORSE * before.chi2 and not all(
+            _is_rounding(term.data, fitted) for term, fitted in pairs
+        )
+
     @property
     def n_free(self) -> int:
         """Number of data, and of what was known besides, less that of the unknowns."""
@@ -882,14 +896,24 @@ def _pieces_of(model: Model, record: Record) -> int:
     return int(np.clip((t[-1] - t[0]) / natural_period(model), 1, max(len(t) // 12, 1)))
 
 
+def _is_rounding(data: Data, fitted: Floats) -> bool:
+    """Whether what the model does not tell of any quantity is rounding."""
+    return all(
+        np.abs(np.nan_to_num(model - values)).max()
+        <= ROUNDING * max(np.ptp(kept), np.abs(kept).max())
+        for _, _, values, model, _ in compared(data, fitted)
+        for kept in [values[np.isfinite(values)]]
+    )
+
+
 def _alike(data: Data, fitted: Floats) -> tuple[float, float]:
     """Correlate neighbouring residuals, about zero; what the model does not meet is left out."""
     together = squares = 0.0
+    if _is_rounding(data, fitted):
+        return np.nan, np.nan
     for _, _, values, model, sigma in compared(data, fitted):
         known = np.isfinite(values)
         off = np.nan_to_num(model - values)
-        if np.abs(off).max() <= ROUNDING * max(np.ptp(values[known]), np.abs(values[known]).max()):
-            return np.nan, np.nan
         for column, there in zip((off / sigma).T, known.T, strict=True):
             one = column[there]
             together += float(one[1:] @ one[:-1])
@@ -923,6 +947,11 @@ def _listed(data: Any) -> tuple[Data, ...]:
 def _weighed(data: tuple[Data, ...]) -> bool:
     """Whether all standard errors are given."""
     return all(each.is_weighed for each in data)
+
+
+def _errors_given(data: tuple[Data, ...], loss: Loss) -> bool:
+    """Whether the errors of the data are those given, not estimated from residuals."""
+    return _weighed(data) and loss == "linear"
 
 
 def _names(model: Model, parameters: Any) -> tuple[str, ...]:
@@ -995,7 +1024,7 @@ def _result(
 ) -> Fit:
     problem, unknowns = stage.problem, stage.unknowns
     names, n = problem.names, len(problem.names)
-    scale = 1.0 if _weighed(data) and loss == "linear" else stage.scale(loss)
+    scale = 1.0 if _errors_given(data, loss) else stage.scale(loss)
     jacobian = problem.jacobian(unknowns)
     there = np.isfinite(jacobian).all(axis=1)
     covariance, undetermined = _covariance(jacobian[there], names)

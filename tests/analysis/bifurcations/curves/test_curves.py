@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import accumulate
 from types import SimpleNamespace
 
 import numpy as np
@@ -266,6 +267,19 @@ def test_a_crisis_ends_where_chaos_meets_two_orbits_at_once():
     assert (np.diff(b) > 0).all()
 
 
+def test_a_merging_of_bands_deep_in_a_window_is_followed_through_the_range():
+    # f^25(c) falls on an orbit of period 8: 1e-5 of a parameter farther its slope is another.
+    f = PiecewiseMap(["r*x*(1 - x) + e"], (-0.6, 1.6), parameters={"r": 3.9, "e": 0.01})
+    start = 3.9345235046469607
+    images = list(accumulate(range(32), lambda x, _: start * x * (1 - x) + 0.01, initial=0.5))
+    merging = Connection(TurningPoint(0.5), 1, 25, tuple(images[25:]))
+    curve = follow(f, merging, "r", start, along="e", range=(0.0, 0.02), solve_for="r")
+    r, e = curve.parameters["r"], curve.parameters["e"]
+    assert curve.end_reasons == RANGE_ENDS
+    # x = 1/2 - y / r turns it into A + y^2.
+    assert r / 2 - r * r / 4 - r * e == pytest.approx(-1.9422022848778, abs=ON_CURVE)
+
+
 @pytest.mark.parametrize("until", [3.0, 3.6, 3.97, 0.0])
 def test_points_are_kept_up_to_the_last_in_no_doubt_each_once(until):
     rows = [float(k) for k in range(9)]
@@ -277,6 +291,10 @@ def test_points_are_kept_up_to_the_last_in_no_doubt_each_once(until):
     assert kept[:lost] == rows[:lost]
     assert until - 1 / 16 <= kept[-1] <= until
     assert len(kept) == lost + (until > lost - 1 + 1 / 16)
+
+
+def test_looks_that_doubt_a_known_crisis_end_no_curve():
+    assert last_crisis([0.0, 1.0, 2.0], lambda x: "doubt", lambda a, b: 0.5 * (a + b)) is None
 
 
 # ---------------------------------------------------------------- arguments and files

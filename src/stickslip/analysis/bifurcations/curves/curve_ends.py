@@ -165,7 +165,7 @@ def last_crisis(
     looked_at = np.linspace(0, len(rows) - 1, LOOKS + 1).round().astype(int)
     steps = pairwise(np.unique(looked_at).tolist())
     first = next(((*step, why) for step in steps if (why := doubt(rows[step[1]]))), None)
-    if first is None:
+    if first is None or doubt(rows[0]):  # looks that miss the crisis where it is known tell nothing
         return None
     low, high, why = first
     while high - low > 1:

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.numerics.continuation import CurvePoint
 
-DIFFERENCE: Final = 1e-5  # of a scale: derivatives of test functions, and second ones of maps
+DIFFERENCE: Final = 1e-5  # of a scale: second derivatives of maps, and functions of R^n
 FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
-REMEMBERED: Final = 1e-7  # scaled: a shorter step tells nothing about the slopes
+REMEMBERED: Final = 1e-7  # scaled: the shortest step that tells the slopes, which may change fast
 MOST_DOUBTS: Final = 3  # such changes in a row, after which the gradient is taken anew
 SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
 FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
@@ -73,7 +73,7 @@ class PlaneEquations:
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> PlaneEquations:
         """Set the scales (``width``: of ``along``), take the first gradient by differences."""
         here = np.array([q, s])
-        steps = DIFFERENCE * np.array([max(abs(q), FLAT * width), width])
+        steps = REMEMBERED * np.array([max(abs(q), FLAT * width), width])
         gradient = _gradient(plane, start.condition, here, steps)
         by_q, by_s = gradient.tolist()
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
@@ -101,7 +101,7 @@ class PlaneEquations:
         else:
             here, condition = min(self.accepted, key=lambda at: float(np.abs(at[0] - y).max()))
         with contextlib.suppress(ConditionLost):
-            self.gradient = _gradient(self.plane, condition, here, DIFFERENCE * self.scale)
+            self.gradient = _gradient(self.plane, condition, here, REMEMBERED * self.scale)
         self.last, self.doubts = None, 0
 
     def accept(self, y: Floats, reading: Reading) -> None:
