@@ -133,12 +133,12 @@ def _header(view: str, part: Part) -> dict[str, Any]:
 
 def _single(part: Part) -> dict[str, Any]:
     return {
-        name: _halved(array) if array.dtype.kind == "f" else array
+        name: _rounded(array) if array.dtype.kind == "f" else array
         for name, array in part.arrays.items()
     }
 
 
-def _halved(array: Floats) -> NDArray[np.float32]:
+def _rounded(array: Floats) -> NDArray[np.float32]:
     """Round to single precision; what has grown beyond it is not there, so that the rest shows."""
     beyond = np.isfinite(array) & (np.abs(array) > np.finfo(np.float32).max)
     return np.where(beyond, np.nan, array).astype(np.float32)
