@@ -785,17 +785,6 @@ def test_a_fold_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
     assert found.unresolved == ()
 
 
-@pytest.mark.parametrize("at", [0.0, 7.1])
-def test_a_flip_beside_a_fold_is_found_wherever_on_the_axis_they_are(at: float) -> None:
-    apart = 3e-9  # thrice as far as lists are made, but a difference of rounded numbers near 7
-    f = ss.PiecewiseMap(
-        lambda x, mu: x - (x**2 + mu - at) / np.sqrt(apart), (-1, 1), parameters={"mu": at}
-    )
-    found = bifurcations(f, "mu", (at - 0.4, at + 0.6), max_period=1)
-    assert [item.kind for item in found if item.period == 1] == ["flip", "fold"]
-    assert not any("add up" in item.reason for item in found.unresolved)
-
-
 def test_a_flip_that_hides_beside_a_fold_is_told() -> None:
     found = bifurcations(narrow_branch(3e-9), "mu", (-5e-6, 3e-6), max_period=1)
     assert [item.kind for item in found] == ["fold"]

@@ -318,6 +318,14 @@ def test_an_event_at_the_end_of_the_range():
     assert not survey.unresolved
 
 
+def test_a_flip_beside_a_fold_is_found_where_the_parameter_is_far_from_0():
+    # They are 3e-9 apart, thrice as far as lists are made: a difference of rounded numbers.
+    f = ss.PiecewiseMap("x - 18257 * (x**2 + mu - 7.1)", (-1, 1), parameters={"mu": 7.1})
+    found = surveyed(f, "mu", 6.7, 7.7, max_period=1, n=3)
+    assert [event.kind for event in found.events] == ["flip", "fold"]
+    assert not found.unresolved
+
+
 @pytest.mark.parametrize("beyond", [2e-6, 8e-6])
 def test_lists_beside_an_event_a_little_beyond_a_span_keep_their_order(beyond):
     # By its error an event may lie beyond the list that shows an orbit born: 1e-5 of the range

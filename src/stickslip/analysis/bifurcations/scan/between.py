@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
@@ -327,11 +327,7 @@ class _Between:
 
     def _cut(self, span: Span, fresh: list[Event]) -> list[tuple[Node, Node]]:
         """Put nodes on both sides of new events; return the spans between them."""
-
-        def place(event: Event) -> float:
-            # One a little beyond the span, by its error, counts as at its end: lists keep order.
-            return min(max(event.value, span.left.q), span.right.q)
-
+        place = partial(_place, span)
         groups = self._groups(fresh, place)
         bounds = [span.left.q, *(place(group[0]) for group in groups), span.right.q]
         nodes: dict[tuple[int, int], Node] = {}
@@ -359,7 +355,7 @@ class _Between:
 
     def _adding_up(self, around: Span) -> Span:
         """Return a span about events, narrower if others are so close that it does not add up."""
-        first, last = around.events[0].value, around.events[-1].value
+        first, last = (_place(around, around.events[k]) for k in (0, -1))
         rooms = first - around.left.q, around.right.q - last
         beside = min((room for room in rooms if room > self.whole.closest), default=0.0)
         span = around
@@ -390,6 +386,11 @@ class _Between:
                     continue
             groups.append([event])
         return groups
+
+
+def _place(span: Span, event: Event) -> float:
+    """Value of an event; by its error it may lie a little beyond the span: lists keep order."""
+    return min(max(event.value, span.left.q), span.right.q)
 
 
 def _changes(span: Span) -> int:
