@@ -358,7 +358,7 @@ def base_and_exponent(f: Map1D) -> tuple[Map1D, int]:
 # ------------------------------------------------------------------ points of R^n
 
 
-def apart(f: MapND, x: Floats, y: Floats) -> Floats:
+def apart(f: Map1D | MapND, x: Floats, y: Floats) -> Floats:
     """Differences of points, angles the short way round."""
     difference: Floats = x - y
     return difference - _whole_turns(f, difference)
@@ -405,9 +405,9 @@ def _whole_turns(f: Map1D | MapND, difference: Floats) -> Floats | float:
 
 def meet_on_circle(f: Map1D, left: float, right: float) -> bool:
     """Tell whether two values apart on the line are one point, where a phase begins anew."""
-    apart = np.array([left - right])
-    whole = np.broadcast_to(_whole_turns(f, apart), 1)
-    return bool(whole.any() and np.abs(apart - whole) <= SAME * domain_width(f))
+    same = SAME * domain_width(f)
+    off = np.abs(apart(f, np.array([left]), np.array([right])))
+    return bool((off <= same).all() and same < abs(left - right))
 
 
 def turns(f: MapND) -> Floats:

@@ -53,7 +53,8 @@ class UserMap:
         other._parameters = {**self._parameters, **checked_parameters(changes)}
         other._adapt()
         # The first time that each moves: to check takes a hundred times as long as to copy.
-        moved = dict(other._parameters.items() - self._parameters.items()).keys() - self._moved
+        now, before = other._parameters, self._parameters
+        moved = {name for name in changes if now[name] != before[name]} - self._moved
         if moved:
             other._check_derivatives()
             self._moved |= moved

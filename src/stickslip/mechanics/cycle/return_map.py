@@ -395,11 +395,12 @@ class LineReturnMap(SectionMap, LineMap):
     def explain_break(self, left: float, right: float) -> Mechanism:
         """Return why the map breaks between two starting points, adjacent floats."""
         own = self.contact + 1
-        if status_codes.NO_EVENT in self.evaluate([left, right]).status:
+        told = self.evaluate([left, right])
+        if status_codes.NO_EVENT in told.status:
             force = "its needed force turns back at the limit"
             why = force if self.event == "release" else "it reaches velocity 0 the other way"
             return Mechanism(f"beyond, contact {own} makes no {self.event}: {why}", own)
-        if meet_on_circle(self, *self(np.array([left, right]))):
+        if meet_on_circle(self, *told.value.tolist()):
             return Mechanism("the next event comes at the phase 0 of the forcing", None)
         return mechanism_between(self, left, right)
 
