@@ -785,9 +785,20 @@ def test_a_fold_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
     assert found.unresolved == ()
 
 
-def test_a_flip_that_hides_beside_a_fold_is_told() -> None:
-    found = bifurcations(narrow_branch(3e-9), "mu", (-5e-6, 3e-6), max_period=1)
-    assert [item.kind for item in found] == ["fold"]
-    (left_open,) = found.unresolved
-    assert left_open.lo < 1e-12 < left_open.hi  # where the flip is
-    assert "the orbits beside the fold do not add up" in left_open.reason
+@pytest.mark.parametrize("half", [1e-8, 4e-9])
+def test_a_flip_nearer_to_a_fold_than_lists_tell_is_solved_for(half: float) -> None:
+    found = bifurcations(narrow_branch(half), "mu", (-5e-6, 3e-6), max_period=1)
+    assert [item.kind for item in found] == ["fold", "flip"]
+    for item, value in zip(found, (0.0, half**2 / 9e-6), strict=True):
+        assert abs(item.value - value) <= item.error < 1e-14
+    assert found.unresolved == ()
+    (curve,) = (curve for curve in found.curves if curve.bifurcations)
+    assert [item.kind for item in curve.bifurcations] == ["fold", "flip"]
+
+
+def test_what_begins_at_a_flip_that_hides_beside_a_fold_is_told() -> None:
+    found = bifurcations(narrow_branch(3e-9), "mu", (-5e-6, 3e-6), max_period=2)
+    assert "fold" in [item.kind for item in found]
+    assert any(
+        item.lo < 1e-12 < item.hi and "do not add up" in item.reason for item in found.unresolved
+    )

@@ -87,7 +87,7 @@ def orbit_curves(survey: Survey, concerned: dict[int, list[Concerned]]) -> tuple
                 shares = list(zip(span.events, concerned.get(number, ()), strict=True))
                 _link_pieces(web, number, span, shares)
                 for event, share in shares:
-                    _link_event(web, number, event, share)
+                    _link_event(web, number, event, share, span.events)
             chains = _chains(web)
             chains.sort(key=lambda chain: (len(chain[1][0].points), chain[1][0].value))
             curves = [columns_of(rows) for _, rows, _ in chains]
@@ -123,11 +123,17 @@ def _inner_rows(piece: Piece, shares: list[tuple[Event, Concerned]]) -> tuple[Ro
     for event, share in shares:
         flips = event.kind == "flip" and event.period == piece.period
         if flips and piece.left in share.before and piece.right in share.after:
-            return (Row(event.value, turned(event.points, piece.points[0]), -1.0, event),)
+            return (_at_flip(event, piece.points[0]),)
     return _rows(piece)[1:-1]
 
 
-def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
+def _at_flip(event: Event, near: Floats) -> Row:
+    return Row(event.value, turned(event.points, near), -1.0, event)
+
+
+def _link_event(
+    web: _Web, number: int, event: Event, share: Concerned, events: list[Event]
+) -> None:
     """Link the orbits of a fold or crossing; let all others that do not cross end at the event."""
     below: list[Port] = [(number, place, UP) for place in share.lost]
     above: list[Port] = [(number + 1, place, DOWN) for place in share.born]
@@ -146,8 +152,11 @@ def _link_event(web: _Web, number: int, event: Event, share: Concerned) -> None:
             pairs = [(few[0], many[1]), (many[0], many[2])]
     row = Row(event.value, event.points, 1.0, event)
     web.links |= dict.fromkeys(ports, Link((), None, event))
+    alike = (other for other in events if other.period == event.period)
+    flips = [_at_flip(other, event.points) for other in alike if other.kind == "flip"]
     for one, other in pairs:
-        web.tie(one, other, row)
+        passed = (flips if web.row(*port[:2]).multiplier < -1 else [] for port in (one, other))
+        web.tie(one, other, *next(passed), row, *next(passed))
 
 
 def _by_place(web: _Web, ports: list[Port], event: Event) -> list[Port]:

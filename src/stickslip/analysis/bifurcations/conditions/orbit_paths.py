@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
-from stickslip.analysis.maps.protocol import Map1D, advance, domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import Map1D, advance, domain_width, sample
 from stickslip.analysis.orbits.newton import MAX_NEWTON, ROUNDINGS, SAME, polish_on
 from stickslip.numerics.arrays import EPS
 
@@ -106,12 +106,17 @@ def rounding(f: Map1D, path: Path, position: float = 0.0) -> float:
 
 def multiplier_noise(f: Map1D, orbit: Path) -> float:
     """Estimate the rounding in a multiplier: in each slope, and by the points' errors."""
-    h = STEP * domain_width(getattr(f, "whole", f))
-    _, beside = values_and_slopes(f, np.array(orbit.points[:-1]) + h)
-    with np.errstate(all="ignore"):
-        bends = np.abs(beside / np.array(orbit.slopes) - 1.0) / h
+    scale, x = domain_width(getattr(f, "whole", f)), np.array(orbit.points[:-1])
+    h, same = STEP * scale, np.zeros(len(x), dtype=np.bool_)
+    while h >= FINEST * scale and not same.all():  # its branch is narrow
+        beside = sample(f, x + h)
+        same = beside.label == np.array(orbit.labels, dtype=np.uint64)
+        with np.errstate(all="ignore"):
+            bends = np.abs(beside.derivative / np.array(orbit.slopes) - 1.0) / h
+        h *= 0.1
     # Across a break, or beside a slope of zero, this says nothing.
-    relative = ROUNDINGS * EPS + orbit.error * np.where(np.isfinite(bends), bends, 0.0)
+    known = np.where(same & np.isfinite(bends), bends, 0.0)
+    relative = ROUNDINGS * EPS + np.maximum(orbit.error, np.spacing(np.abs(x))) * known
     return float(abs(orbit.slope) * relative.sum())
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Flip
+from stickslip.analysis.bifurcations.scan.events import Suspect
+from stickslip.analysis.orbits.newton import turned
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
@@ -17,6 +22,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 
+TRUST: Final = 0.5  # of the way from a fold to a flip: how well that is foretold
 PARENT: Final = 1e-3  # of the domain: how far the orbit that flips may be from where it does
 
 
@@ -52,12 +58,35 @@ def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange
     return result, unresolved
 
 
+def flips_at_folds(span: Span) -> Iterator[Suspect]:
+    """Suspect flips between folds and the lists beside these, as the orbits' multipliers foretell.
+
+    These leave 1 in proportion to the orbit's way from the fold, the root of the parameter's.
+    """
+    for node, places in ((span.left, span.loose_left), (span.right, span.loose_right)):
+        for event, share in zip(span.events, _shared_out(span, node, places), strict=True):
+            for orbit in node.select(share) if event.kind == "fold" else ():
+                if orbit.multiplier < -1 and orbit.period == event.period:
+                    part = 2 / (1 - orbit.multiplier)
+                    start = turned(event.points, orbit.points)
+                    points = start + part * (orbit.points - start)
+                    way = part**2 * (node.q - event.value)
+                    flip = Flip(event.period, tuple(points.tolist()))
+                    yield Suspect(flip, event.value + way, TRUST * abs(way))
+
+
 def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
     """Give each orbit to the event that it comes closest to."""
     shares: list[list[int]] = [[] for _ in span.events]
     for k in places:
-        points = node.orbits[k].points
-        distance = [np.abs(points[:, None] - event.points).min() for event in span.events]
+        orbit = node.orbits[k]
+        distance = [
+            # Nothing begins at a flip but doubled orbits.
+            math.inf
+            if event.kind == "flip" and orbit.period != 2 * event.period
+            else np.abs(orbit.points[:, None] - event.points).min()
+            for event in span.events
+        ]
         shares[int(np.argmin(distance))].append(k)
     return shares
 
@@ -74,8 +103,10 @@ def _adds_up(
     """Check the orbits lost and born against what the kind of event allows."""
     lost, born = ([orbit.period for orbit in some] for some in (orbits_lost, orbits_born))
     smooth = event.kind in ("fold", "transcritical", "pitchfork", "flip")
+    flips = any(other.kind == "flip" and other.period == event.period for other in span.events)
     if smooth and any(orbit.multiplier < -1.0 for orbit in orbits_lost + orbits_born):
-        return False  # all begin with 1: a flip is as close
+        if not (flips and event.kind == "fold"):
+            return False  # all begin with 1: a flip is as close
     if event.kind == "fold":
         pair = [event.period] * 2
         return sorted([lost, born]) == [[], pair]

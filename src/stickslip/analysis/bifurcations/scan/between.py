@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
-from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
+from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits, flips_at_folds
 from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
 from stickslip.analysis.bifurcations.scan.events import (
     Event,
@@ -358,10 +358,12 @@ class _Between:
         first, last = (_place(around, around.events[k]) for k in (0, -1))
         rooms = first - around.left.q, around.right.q - last
         beside = min((room for room in rooms if room > self.whole.closest), default=0.0)
-        span = around
-        while concerned_orbits(span)[1]:
-            if self.whole.crowded or beside < self.whole.closest or not self._may_add(around):
+        spans = [around]
+        while concerned_orbits(spans[-1])[1]:
+            if self.whole.crowded or not self._may_add(around):
                 return around
+            if beside < self.whole.closest:
+                return next(filter(None, map(self._with_flips, reversed(spans))), around)
             left, right = (
                 self._node(q) if beside < room else node
                 for q, room, node in (
@@ -369,9 +371,24 @@ class _Between:
                     (last + beside, rooms[1], around.right),
                 )
             )
-            span = self._around(left, right, around.events)
+            spans.append(self._around(left, right, around.events))
             nearer = max(NEARER * beside, self.whole.closest)
             beside = nearer if nearer < beside else 0.0
+        return spans[-1]
+
+    def _with_flips(self, span: Span) -> Span | None:
+        """Return a span with the flips that are closer to its folds than lists; None if no use."""
+        found = [
+            event
+            for suspect in flips_at_folds(span)
+            if (event := self._located(suspect, span))
+            and abs(event.value - suspect.guess) <= suspect.reach
+        ]
+        events = sorted([*span.events, *found], key=lambda event: event.value)
+        span = replace(span, events=events)
+        if concerned_orbits(span)[1]:
+            return None
+        self.found.events += found
         return span
 
     def _groups(self, fresh: list[Event], place: Callable[[Event], float]) -> list[list[Event]]:
