@@ -791,6 +791,8 @@ def test_a_flip_nearer_to_a_fold_than_lists_tell_is_solved_for(half: float) -> N
     assert [item.kind for item in found] == ["fold", "flip"]
     for item, value in zip(found, (0.0, half**2 / 9e-6), strict=True):
         assert abs(item.value - value) <= item.error < 1e-14
+    (before,), (after,) = found[1].orbits_before, found[1].orbits_after
+    assert after.multiplier < -1 < before.multiplier < 0
     assert found.unresolved == ()
     (curve,) = (curve for curve in found.curves if curve.bifurcations)
     assert [item.kind for item in curve.bifurcations] == ["fold", "flip"]

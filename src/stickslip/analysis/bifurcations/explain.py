@@ -15,6 +15,7 @@ from stickslip.analysis.bifurcations.border_collision.classification import (
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
 from stickslip.analysis.bifurcations.scan.events import Event, coefficients_at
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
+from stickslip.analysis.orbits.newton import solve_orbit
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.adding_up import Concerned
     from stickslip.analysis.bifurcations.scan.nodes import Family
     from stickslip.analysis.bifurcations.scan.tracking import Span
+    from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 
 # ------------------------------------------------------------------ a bifurcation
@@ -35,17 +37,34 @@ def explained(event: Event, span: Span, concerned: Concerned, family: Family) ->
     predicted = None
     if isinstance(reading.condition, Collision):
         predicted = _predicted(event, reading.condition, family)
+    before, after = span.left.select(concerned.before), span.right.select(concerned.after)
+    if event.kind == "flip":
+        before, after = (
+            orbits or _parent_between(event, span, side, family)
+            for side, orbits in ((-1, before), (1, after))
+        )
     return bifurcation_of(
         event.kind,
         found,
         family.name,
         family.f,
         criticality=event.criticality,
-        orbits_before=span.left.select(concerned.before),
-        orbits_after=span.right.select(concerned.after),
+        orbits_before=before,
+        orbits_after=after,
         predicted_outcome=predicted,
         note=note,
     )
+
+
+def _parent_between(
+    flip: Event, span: Span, side: int, family: Family
+) -> tuple[PeriodicOrbit, ...]:
+    """Return the orbit that flips, on the side where it is in no list: from a fold too close."""
+    ways = [way for other in span.events if side * (way := other.value - flip.value) > 0]
+    if not ways:
+        return ()
+    orbit = solve_orbit(family.whole(flip.value + 0.5 * min(ways, key=abs)), flip.points)
+    return (orbit,) if orbit.quality == "located" else ()
 
 
 def with_attractors(
