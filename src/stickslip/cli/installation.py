@@ -240,7 +240,7 @@ def _warm_models() -> dict[str, Callable[[], None]]:
         "law9": (ss.PoppStelter(gamma=3.0), {"alpha": (1.2095, 1.2105)}),
         "stribeck": (ss.Stribeck(mu=0.4, speed=0.5), {"V": (0.2, 0.2001)}),
     }
-    asked: dict[str, Callable[[], None]] = {}
+    asked: dict[str, Callable[[], None]] = {"motions that never return": _ask_gap}
     for name, (law, ranges) in laws.items():
         base = ss.examples.coulomb() if name == "coulomb" else ss.examples.law9()
         asked[f"{name}, two blocks"] = partial(_ask_two_blocks, base.replace(friction=law), ranges)
@@ -249,6 +249,16 @@ def _warm_models() -> dict[str, Callable[[], None]]:
         )
         asked[f"{name}, oscillator"] = partial(_ask_oscillator, law)
     return asked
+
+
+def _ask_gap() -> None:
+    import numpy as np
+
+    import stickslip as ss
+
+    law = ss.PoppStelter(gamma=2.8, delta=0.25, eta=0.075)
+    f = ss.event_map(ss.TwoBlock(alpha=1.2, beta=0.58, V=0.135, friction=law))
+    f.evaluate(np.linspace(*f.domain, 30))
 
 
 def _ask_two_blocks(model: TwoBlock, ranges: dict[str, Any]) -> None:

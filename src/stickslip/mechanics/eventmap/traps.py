@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
+from stickslip.mechanics.eventmap._trap_kernels import cut_down
 from stickslip.mechanics.eventmap.backend import NO_TRAPS, ScalarBackend
 from stickslip.mechanics.eventmap.records import LONG, Controls, new_outputs
 from stickslip.mechanics.flow.engine import engine_for
@@ -143,10 +144,9 @@ def _within(rings: _Rings, turn: Turn) -> Floats | None:
     whole = rings.reach_of_corners()
     if not whole.min() > 0.0:
         return None
-    places = np.arange(1, PLACES + 1) / PLACES
-    image = rings.image_at(places)
+    gauge = _Gauge(rings.image_at(PLACES))
     for shrink in SHRINKS:
-        reach = _kept(image, places, whole, 1.0 - shrink)
+        reach = _kept(gauge, whole, 1.0 - shrink)
         if reach is not None and _holds(reach, rings, turn):
             return rings.centre + (reach[:, None] * _directions(CORNERS)) @ rings.out.T
     return None
@@ -180,9 +180,9 @@ class _Rings(NamedTuple):
         reach: Floats = shares * (_between_rays() @ self.reach)
         return reach
 
-    def image_at(self, places: Floats) -> Floats:
-        """Images (places, CORNERS, 2) of shares of the reach."""
-        found: Floats = _between_rays() @ np.tensordot(_between_rings(len(places)), self.image, 1)
+    def image_at(self, n: int) -> Floats:
+        """Images (n, CORNERS, 2) of as many equal shares of the reach."""
+        found: Floats = _between_rays() @ np.tensordot(_between_rings(n), self.image, 1)
         return found
 
 
@@ -233,28 +233,14 @@ def _fixed_point(late: Floats, turn: Turn) -> Floats:
     return point if (np.abs(point - middle) <= size).all() else middle
 
 
-def _kept(image: Floats, places: Floats, whole: Floats, share: float) -> Floats | None:
+def _kept(gauge: _Gauge, whole: Floats, share: float) -> Floats | None:
     """Return the reach of what turns into that share of itself, cut out of a whole; None: nothing.
 
-    `image`: of places along the ray of each corner.
+    `gauge`: of places along the ray of each corner.
     """
-    reach, columns = whole, np.arange(CORNERS)
-    gauge = _Gauge(image)
-    for _ in range(CUTS):
-        excess = gauge.within(reach) - share
-        out = np.where((excess <= 0.0).all(axis=0), PLACES, np.argmin(excess <= 0.0, axis=0))
-        here, there = np.maximum(out - 1, 0), np.minimum(out, PLACES - 1)
-        rise = excess[there, columns] - excess[here, columns]
-        on = np.where(here < there, -excess[here, columns] / np.where(rise > 0.0, rise, 1.0), 0.0)
-        new = np.minimum((places[here] + on / PLACES) * whole, reach)
-        for side in (-1, 1):  # edges steeper than the rays between them would cut corners
-            new = np.minimum(new, (1.0 + STEEP * 2.0 * math.pi / CORNERS) * np.roll(new, side))
-        if (out < 2).any():
-            return None
-        moved, reach = np.max(1.0 - new / reach), new
-        if moved < SETTLED:
-            return reach
-    return None
+    reach, most = whole.copy(), 1.0 + STEEP * 2.0 * math.pi / CORNERS
+    how = share, most, SETTLED, CUTS, whole, reach, np.empty((2, CORNERS))
+    return reach if cut_down(gauge.first, gauge.second, gauge.sector, *how) else None
 
 
 class _Gauge:
