@@ -101,7 +101,10 @@ def test_a_map_that_folds_over_itself_is_no_trap():
 
 SLOW = {"gamma": 2.2158642752162994, "delta": 0.17564415049338622, "eta": 0.02457726209836969}
 ROUND = {"gamma": 2.835328723456887, "delta": 0.25161607283808274, "eta": 0.0752902633761185}
+WEAK = {"gamma": 0.9060499171456196, "delta": 0.30400570012805345}
 SYSTEMS = {
+    # a torus that attracts by 0.2 % a turn, from twice as far as it reaches
+    "weak": ((0.5320929869425925, 0.9973872222289848, 0.02939523433932023), WEAK),
     # a cycle that attracts by 0.4 % a turn
     "slow": ((0.6929587208761537, 0.9321713231345198, 0.15194836754011987), SLOW),
     # a torus

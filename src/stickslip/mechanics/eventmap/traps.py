@@ -37,13 +37,13 @@ TURNS = 96
 RINGS, RAYS, PLACES, CORNERS = 14, 64, 64, 192
 # How far from the centre regions are looked for, in units of the motion's farthest turn: farther
 # they are met sooner, nearer turns are smooth in more of them.
-ROOMS = (1.3, 1.15, 1.6)
+ROOMS = (1.3, 1.15, 1.6, 2.0)
 # Rays beside each other within which the rings change smoothly.
 BESIDE = 2
 # By which share of itself a turn has to shrink a trap: the first that one is found with.
-SHRINKS = (0.05, 0.02, 0.01, 0.005)
+SHRINKS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
 # Times that a region is cut down to what turns into it, to this share of itself.
-CUTS, SETTLED = 400, 1e-4
+CUTS, SETTLED = 4000, 1e-4
 # Slope of a trap's border, in turns of 45 degrees.
 STEEP = 2.0
 # Part of the way to its border by which a trap may be wrong, and halvings of edges to find out.
