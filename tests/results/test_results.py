@@ -156,6 +156,8 @@ def test_plots_return_axes_that_hold_something(result):
     assert isinstance(ax, Axes)
     assert ax.has_data()
     assert result.plot(ax) is ax
+    with pytest.raises(TypeError, match=r"ax = 3 is not allowed: ax must be matplotlib axes"):
+        result.plot(3)
 
 
 def test_data_frames_hold_the_table(result):

@@ -20,6 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
+from stickslip.checks import shown
 from stickslip.files import PICTURE_FORMATS, whole_file
 
 WIDTHS: Final = MappingProxyType({"one": 3.46, "two": 7.09})
@@ -163,8 +164,13 @@ def axes_or_new(ax: Axes | None) -> Axes:
     """Return the axes given, or those of a new figure."""
     # Registered with pyplot only if the caller has imported pyplot: ``plt.show()`` works there, and
     # no window system is touched elsewhere; and in a notebook, which shows pyplot's figures.
-    if ax is not None:
+    if isinstance(ax, Axes):
         return ax
+    if ax is not None:
+        raise TypeError(
+            f"ax = {shown(ax)} is not allowed: ax must be matplotlib axes, or None for a new "
+            "figure. Take ax from matplotlib.pyplot.subplots()."
+        )
     if _in_notebook():
         importlib.import_module("matplotlib.pyplot")
     if pyplot := sys.modules.get("matplotlib.pyplot"):
