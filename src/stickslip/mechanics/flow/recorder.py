@@ -89,6 +89,7 @@ class Recorder(ABC):
         self.t = 0.0
         self.n_events = 0
         self.status = status_codes.OK  # why it ended
+        self.is_closed = False  # no step led on from the state kept last
         self.d: deque[float | Floats] = deque(maxlen=last)
 
     # --- what a kind of motion must do -------------------------------------------------------
@@ -179,7 +180,7 @@ class Recorder(ABC):
         for n, status in enumerate(self._steps(t_end)):
             self.status = status
             if status not in (status_codes.OK, status_codes.CONTACT_LOST):
-                self.record.pop()  # it could not be taken
+                self.is_closed = True
                 return
             if status != status_codes.OK:
                 pass  # the last step
@@ -207,15 +208,22 @@ class Recorder(ABC):
             left = t_end - self.t
             launch(advance, 1, threads=1, smallest=1)  # which may be called off
             t, status = reached
+            if not np.isfinite(self._state()).all():
+                status = status_codes.STEP_FAILED
             self.t = t_end if t == left else self.t + t
             instant = instant + 1 if t == 0.0 else 0
             stuck = instant > MAX_INSTANT * self.mode.size
             yield status_codes.UNDECIDED if stuck and status == status_codes.OK else status
 
+    def close(self) -> None:
+        """Keep the last state, where the motion ends."""
+        if not self.is_closed:
+            self.keep()
+
     def finish(self) -> Recorded:
         """Return the record, closed by the last state."""
-        dense = self.dense and bool(self.record)
-        self.keep()
+        self.close()
+        dense = self.dense and len(self.record) > 1
         t, state, mode = (np.array(values) for values in zip(*self.record, strict=True))
         return Recorded(t, *self.shown(t, state), mode, self._inside() if dense else None)
 

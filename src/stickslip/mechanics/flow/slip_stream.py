@@ -69,7 +69,7 @@ class SlipStream(Iterator[Slip]):
 
         for _ in recorder.follow(t_end, max_events, until_stick=False):
             yield from seen()
-        recorder.keep()
+        recorder.close()
         yield from seen()
 
 
