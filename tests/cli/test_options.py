@@ -330,6 +330,10 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
         ("certify --preset coulomb --entropy -1", "--entropy -1.0 is not allowed"),
         ("certify --model mine.toml --max-period 1", "certify: model = Structure(mass=[1.0, "),
         ("cycles --preset coulomb --seed -1", "--seed -1: a whole number, 0 or more"),
+        (
+            f"simulate --preset coulomb -d 0.1 --t-end 9 --samples {'1' * 400}",
+            "--samples 111111111111... (400 digits): both ends count",
+        ),
         ("simulate --preset coulomb -v 0 --t-end 9", "simulate: Unused Tokens"),
         ("map --preset coulomb --friction coulomb:0.2", "is not of the form NAME=VALUE\n"),
         ("orbits --model mine.toml", "(domain= is for Python; this command has no such option)"),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
 from cyclopts import Group, Parameter, Token
 
+from stickslip.checks import shown
 from stickslip.cli.output import (
     PICTURE_SUFFIXES,
     document,
@@ -50,7 +51,7 @@ def _whole(_type: Any, tokens: Sequence[Token]) -> int:
     try:
         return int(tokens[0].value)
     except ValueError:
-        raise ValueError(f"{tokens[0].value!r} is not a whole number") from None
+        raise ValueError(f"{shown(tokens[0].value)} is not a whole number") from None
 
 
 Whole = Annotated[int, Parameter(converter=_whole)]
@@ -85,7 +86,8 @@ def pairs(
 def check_equally_spaced(option: str, count: int) -> None:
     """Say so if a count of equally spaced values, both ends included, is none."""
     if not 2 <= count <= MOST_ROWS:
-        raise UsageError(f"{option} {count}: both ends count, so at least 2; at most {MOST_ROWS}")
+        told = "both ends count, so at least 2; at most"
+        raise UsageError(f"{option} {shown(count)}: {told} {MOST_ROWS}")
 
 
 @Parameter(name="*", group=MODEL)

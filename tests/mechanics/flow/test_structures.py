@@ -131,6 +131,8 @@ def test_an_axis_with_integral_action_hunts_where_friction_falls(hunts: bool) ->
         C=[[0, 0, 1]],
         contacts=[ss.Contact(at=0, friction=law)],
     )
+    with pytest.raises(ValueError, match=r"v = \[0.0\] .* the state .* is x alone. Leave v out"):
+        ss.simulate(model, [0.0, 1.0, 0.0], [0.0], t_end=1.0)
     motion = ss.simulate(model, [0.0, 1.0, 0.0], t_end=200.0)
     sticks = [event.time for event in motion.events if event.kind == "stick"]
     if not hunts:  # every stick is shorter in place than the one before: it creeps to zero

@@ -272,6 +272,15 @@ BAD = {
         + '[[friction]]\nlaw = "coulomb"\nmu = 0\n',
         ["2 times for 1 blocks"],
     ),
+    "two forcings of a block": (
+        OSCILLATOR + 2 * "[[forcing]]\namplitude = 1\nfrequency = 1\n",
+        ["[[forcing]] is for structures", "kind oscillator", "Write [forcing], once"],
+    ),
+    "two laws of a contact": (
+        'kind = "structure"\nmass = [1]\nstiffness = [[1]]\n[[contact]]\nat = 0\n'
+        + 2 * '[[contact.friction]]\nlaw = "coulomb"\nmu = 0\n',
+        ["[[contact]] 0 ", "one law", "Write [contact.friction] once"],
+    ),
     "no contacts": (
         'kind = "structure"\nmass = [1]\nstiffness = [1]\ncontact = []\n',
         ["contact = []", "[[contact]]"],

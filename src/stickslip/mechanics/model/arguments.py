@@ -54,6 +54,11 @@ def checked_state(model: Model, x: object, v: object) -> tuple[Floats, Floats]:
 def state_vector(name: str, values: object, n: int) -> Floats:
     """Return a finite number for each of n blocks; else ValueError."""
     array = real_numbers(name, values)
+    if not n and array.size:
+        raise ValueError(
+            f"{name} = {shown(values)} is not allowed: the state of a model in state-space form is "
+            f"x alone. Leave {name} out."
+        )
     if array.shape != (n,) or not np.isfinite(array).all():
         raise ValueError(
             f"{name} = {shown(values)} is not allowed: {name} must be {n} finite numbers, one per "

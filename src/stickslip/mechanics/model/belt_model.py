@@ -71,7 +71,7 @@ def symmetric(name: str, given: object, n: int, why: str) -> Floats:
             f"{name}[{i}, {j}] = {matrix[i, j]} but {name}[{j}, {i}] = {matrix[j, i]}: the "
             f"matrix must be symmetric ({why})."
         )
-    return frozen(np.asarray(0.5 * (matrix + matrix.T)))
+    return frozen(np.asarray(0.5 * matrix + 0.5 * matrix.T))
 
 
 def check_definite(name: str, matrix: Floats, why: str, *, semi: bool = False) -> None:

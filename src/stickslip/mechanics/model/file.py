@@ -138,6 +138,11 @@ def model_of_values(table: dict[str, Any]) -> Model:
     refuse_missing(table, ["friction"] if physical else _needed(keys))
     if physical:
         return _physical(table["physical"], given)
+    if isinstance(given.get("forcing"), list) and not issubclass(MODELS[kind], Structure):
+        raise ValueError(
+            f"[[forcing]] is for structures: a model of the kind {kind} has one forcing. "
+            "Write [forcing], once."
+        )
     for name, make in PARTS.items():
         if name in given:
             given[name] = make(name, given[name])
@@ -176,6 +181,8 @@ def _contact(place: str, table: Any) -> Contact:
         at, wave = given["at"], given.pop("belt", None)
         if isinstance(at, list) and all(isinstance(entry, int) for entry in at):
             given["at"] = tuple(at)
+        if isinstance(given["friction"], list):
+            raise ValueError("friction: a contact has one law. Write [contact.friction] once.")
         given["friction"] = friction_of(given["friction"], None)
         if wave is not None:
             given["V"] = (given.get("V", 0.0), _part(Harmonic, "belt", wave))
