@@ -264,10 +264,15 @@ def store(tmp_path_factory):
     return folder / "map.zarr"
 
 
-@pytest.mark.parametrize("variable", ["kind", "period", "lyapunov_exponent", None])
-def test_a_map_is_drawn(store, tmp_path, capsys, variable):
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        *([], ["--at", "V=0.03"]),
+        *(["--variable", name] for name in ("kind", "period", "lyapunov_exponent")),
+    ],
+)
+def test_a_map_is_drawn(store, tmp_path, capsys, chosen):
     out = tmp_path / "map.png"
-    chosen = [] if variable is None else ["--variable", variable]
     assert ended(capsys, "plot", store, "--out", out, *chosen)[:2] == (0, f"{out}\n")
     assert out.read_bytes().startswith(b"\x89PNG")
     assert ended(capsys, "plot", store, "--out", out)[0] == 3
@@ -278,7 +283,7 @@ def test_a_map_is_drawn(store, tmp_path, capsys, variable):
     ("options", "words"),
     [
         (["--variable", "perriod"], "Did you mean 'period'?"),
-        (["--at", "V=0.03"], "has the axes alpha: a map has two"),
+        (["--at", "V=0.03", "--at", "alpha=1"], "has the axes none: a picture has one or two"),
         (["--at", "v=0.03"], "--at v=0.03: the axes are"),
         (["--at", "V=x"], "--at V=x: NAME=VALUE is needed"),
     ],

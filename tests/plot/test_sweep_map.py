@@ -56,6 +56,18 @@ def test_kinds_have_a_colour_each():
     assert ax.get_ylabel() == r"$\alpha$"
 
 
+def test_over_one_axis_a_line_is_drawn():
+    ax = sweep(dataset().sel(alpha=1.0))
+    (line,) = ax.lines
+    assert line.get_xdata().tolist() == [0.1, 0.2, 0.3]
+    assert line.get_ydata().tolist() == [1.0, 0.0, 1.0]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$V_{\mathrm{dr}}$", "kind")
+    names = [text.get_text() for text in ax.get_yticklabels()]
+    assert names == ["undecided", "left", "periodic", "chaotic"]
+    ax = sweep(dataset().sel(alpha=2.0), "period")
+    assert np.ma.getmaskarray(ax.lines[0].get_ydata(orig=True)).tolist() == [False, False, True]
+
+
 def test_long_periods_are_grouped():
     ax = sweep(dataset(), "period")
     found = colours(ax)
@@ -110,7 +122,7 @@ def test_curves_are_drawn_over_the_map_whichever_way_they_run():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"variable": "orbit"}, "has the axes V, alpha, iterate: a map has two"),
+        ({"variable": "orbit"}, "has the axes V, alpha, iterate: a picture has one or two"),
         ({"variable": "kinds"}, "'kinds' is unknown.* Did you mean 'kind'"),
         ({"curves": (curve("beta"),)}, "a curve of V over beta does not lie in the plane"),
     ],

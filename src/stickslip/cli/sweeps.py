@@ -150,7 +150,7 @@ def plot(
     force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
     output: OutputOptions = OutputOptions(),
 ) -> None:
-    """Draw a variable of a sweep over two of its axes, finished or not.
+    """Draw a variable of a sweep over one or two of its axes, finished or not.
 
     Kinds and periods have a colour each, other numbers a scale that is even to the eye. Curves of
     bifurcations, saved by `follow(...).save(FILE)`, are drawn over the map.

@@ -34,14 +34,14 @@ def sweep(
     *,
     curves: tuple[Any, ...] = (),
 ) -> Axes:
-    """Draw a variable of a sweep over its two axes.
+    """Draw a variable of a sweep over its two axes, or as a line over its one.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        From `stickslip.sweep` or `stickslip.open_sweep`, with two axes left.
+        From `stickslip.sweep` or `stickslip.open_sweep`, with two axes left, or one.
     variable : str, optional
-        By default the first one that has the two axes alone.
+        By default the first one that has these axes alone.
     ax : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure.
     curves : tuple of Curve
@@ -51,35 +51,36 @@ def sweep(
     Returns
     -------
     matplotlib.axes.Axes
-        The first axis of the sweep to the right, the second one up. White where nothing was
-        computed yet, or where there is no value.
+        The first axis of the sweep to the right, the second one up. Nothing is drawn where nothing
+        was computed yet, or where there is no value.
 
     Raises
     ------
     ValueError
-        There is no such variable, it does not have two axes, or a curve has other parameters.
+        There is no such variable, it has more axes or none, or a curve has other parameters.
     """
     array = _chosen(dataset, variable)
-    across, up = array.dims
     for curve in curves:
-        if set(curve.parameters) != {across, up}:
+        if set(curve.parameters) != set(array.dims):
             raise ValueError(
                 f"a curve of {curve.solve_for} over {curve.parameter} does not lie in the plane of "
-                f"{across} and {up}."
+                f"{' and '.join(array.dims)}."
             )
     ax = axes_or_new(ax)
-    x, y = array[across].values, array[up].values
     values = np.ma.masked_invalid(array.values.T.astype(float))
     if array.dtype.kind == "i":
         values = np.ma.masked_equal(values, float(np.iinfo(array.dtype).min))
+    if array.ndim == 1:
+        return _line(array, values, ax)
+    across, up = array.dims
+    x, y = array[across].values, array[up].values
     if "flag_values" in array.attrs or array.name == "period":
         _categories(array, values, x, y, ax)
     else:
         low, high = _limits(values, str(array.name))
         mesh = ax.pcolormesh(x, y, values, cmap=SCALE, vmin=low, vmax=high, shading="nearest")
         mesh.set_rasterized(True)
-        title = array.attrs.get("long_name", str(array.name))
-        ax.get_figure().colorbar(mesh, ax=ax, label=title, extend="both")  # type: ignore[union-attr]
+        ax.get_figure().colorbar(mesh, ax=ax, label=_title(array), extend="both")  # type: ignore[union-attr]
     for name, ticks in ((across, x), (up, y)):
         _name_axis(ax, "x" if name == across else "y", name, ticks)
     _draw_curves(curves, across, ax)
@@ -89,16 +90,31 @@ def sweep(
 def _chosen(dataset: Any, variable: str | None) -> Any:
     names = list(dataset.data_vars)
     if variable is None:
-        variable = next((name for name in names if dataset[name].ndim == 2), names[0])
+        variable = next((name for name in names if dataset[name].ndim in (1, 2)), names[0])
     if variable not in names:
         raise ValueError(f"variable = {variable!r} is unknown. {did_you_mean(variable, names)}")
     array = dataset[variable]
-    if array.ndim != 2 or not set(array.dims) <= set(dataset.coords):
+    if array.ndim not in (1, 2) or not set(array.dims) <= set(dataset.coords):
         raise ValueError(
-            f"variable {variable!r} has the axes {', '.join(array.dims) or 'none'}: a map has two "
-            "of the sweep's. Choose values of the others: --at NAME=VALUE, or dataset.sel(...)."
+            f"variable {variable!r} has the axes {', '.join(array.dims) or 'none'}: a picture has "
+            "one or two of the sweep's. Choose values of the others: --at NAME=VALUE, or dataset.sel(...)."
         )
     return array
+
+
+def _title(array: Any) -> str:
+    return str(array.attrs.get("long_name", array.name))
+
+
+def _line(array: Any, values: Any, ax: Axes) -> Axes:
+    """Draw values over one axis, kinds by their names."""
+    (across,) = array.dims
+    ax.plot(array[across].values, values, ".-")
+    _name_axis(ax, "x", across, array[across].values)
+    ax.set_ylabel(_title(array))
+    if "flag_values" in array.attrs:
+        ax.set_yticks(array.attrs["flag_values"], array.attrs["flag_meanings"].split())
+    return ax
 
 
 def _limits(values: Any, name: str) -> tuple[float | None, float | None]:
