@@ -146,6 +146,8 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("[chunks]\nV = 4\nalpha = 1", "[engine]\nrtol = 2.0", "engine: rtol = 2.0"),
         ("n = 8}", f"n = {LONG}}}", "to 100000000"),
         ("to = 0.05", f"to = {LONG}{LONG}", "V.to: "),
+        ("to = 0.05", "to = inf", "axes.V: to = inf is not allowed"),
+        ("to = 0.05", 'to = 0.05, scale = "lo"', "axes.V: scale = 'lo' is unknown"),
         ("[1.1, 1.2, 1.3]", LONG, "a list of values is needed"),
         ("V = 4", f"V = {LONG}", "that fits into 63 bits"),
         ("seed = 3", f"seed = {LONG}", "that fits into 63 bits"),

@@ -130,8 +130,8 @@ def _read(table: Any, kind: type[T], place: str) -> T:
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
-        text = str(error).replace("object", "table").replace(" | null", "")  # what TOML calls them
-        told, _, where = text.partition(" - at `$.")
+        told, _, where = str(error).partition(" - at `$.")
+        told = told.replace("object", "table").replace(" | null", "")  # what TOML calls them
         raise ValueError(f"{place}{where.rstrip('`')}: {told}") from None
 
 
@@ -171,7 +171,7 @@ def _axis(name: str, given: Any) -> Any:
     try:
         return axis(found.lo, found.hi, found.n, found.scale)
     except ValueError as error:
-        told = re.sub(r"\b(?:lo|hi)\b", lambda end: ENDS[end[0]], str(error))
+        told = re.sub(r"\b(?:lo|hi)\b(?!.*')", lambda end: ENDS[end[0]], str(error))
         raise ValueError(f"axes.{name}: {told}") from error
 
 
