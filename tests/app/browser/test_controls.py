@@ -37,6 +37,15 @@ def test_a_slider_is_moved_by_the_pointer(explorer):
     assert 1.6 < explorer.state["model"]["alpha"] < 2.0
 
 
+def test_a_belt_below_a_forced_block_is_slid_back_to_rest(explorer):
+    explorer.show("preset=canards")
+    slider = explorer.page.locator("[data-slider='V']")
+    slider.press("ArrowRight")
+    assert explorer.state["model"]["V"] == 0.0001
+    slider.press("Home")
+    assert explorer.settle().state["model"]["V"] == 0
+
+
 def test_a_number_that_leaves_0_keeps_the_views(explorer):
     """The table leaves 0 out: one with damping was taken for another system, all views blank."""
     slider = explorer.page.locator("[data-slider='damping']")

@@ -179,7 +179,10 @@ export function parametersOf(limits, model, kept = {}) {
       .map((one) => (hasLaws(model) ? ofBlock(one, k + 1, what) : one)),
   );
   if (hasMatrices(model)) return { ofModel: entriesOf(model, kept).map(({ one }) => one), ofLaws };
-  return { ofModel: model.forcing ? [...parameters, ...forcing] : parameters, ofLaws };
+  if (!model.forcing) return { ofModel: parameters, ofLaws };
+  // What is forced may rub on ground at rest: a slider from 0 is even.
+  const own = parameters.map((one) => (one.name === "V" ? { ...one, min: 0 } : one));
+  return { ofModel: [...own, ...forcing], ofLaws };
 }
 
 /** @param {Parameter} one @param {number} block  from 1 @param {string} what @returns {Parameter} */
