@@ -140,7 +140,9 @@ def test_a_block_that_creeps_to_rest_has_no_cycle() -> None:
     block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=1.0), damping=0.221, forcing=force)
     near = "in 100 periods of the forcing: the motion came back to within .*e-05 of its size"
     with pytest.raises(ValueError, match=near):
-        ss.find_cycle(block, [0.4], [0.0], max_events=100)
+        ss.find_cycle(block, [0.4], [0.0], max_events=100, progress=(told := []).append)
+    assert told == sorted(told)
+    assert told[0] == 0.0 and 0.99 < told[-1] <= 1.0
 
 
 def test_a_forced_search_goes_on_for_whole_periods_however_few_it_may() -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip import status as status_codes
+from stickslip.analysis.work import Work
 from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
@@ -61,6 +62,7 @@ def find_cycle(
     *,
     max_events: int = 20_000,
     rtol: float = 1e-15,
+    progress: Callable[[float], None] | None = None,
 ) -> Cycle:
     """Follow a motion until it nearly repeats, then converge onto the cycle.
 
@@ -75,6 +77,8 @@ def find_cycle(
         Cycles with more than 256 of them in the same modes are not looked for.
     rtol : float
         Local truncation error of the flow.
+    progress : callable, optional
+        Called with the share of `max_events` that has been followed, from 0 to 1.
 
     Returns
     -------
@@ -102,7 +106,7 @@ def find_cycle(
     max_events = whole_number("max_events", max_events, what="changes of mode that are followed")
     checked_model(model)
     position, velocity = checked_state(model, x, v)
-    search = _Search(model, tolerance(rtol))
+    search = _Search(model, tolerance(rtol), Work(progress))
     if model.plant.is_forced:
         return search.forced(position, velocity, max_events)
     return search.free(position, velocity, max_events)
@@ -119,8 +123,8 @@ class _OnlySlipsError(Exception):
 class _Search:
     """What one search shares: a motion with tangents and one without."""
 
-    def __init__(self, model: Model, rtol: float) -> None:
-        self.model = model
+    def __init__(self, model: Model, rtol: float, work: Work) -> None:
+        self.model, self.work = model, work
         self.plain = Shooter(model, rtol=rtol, tangents=False)
         self.shooter = Shooter(model, rtol=rtol)
         rates = np.abs(linear_modes(model).values)
@@ -181,6 +185,7 @@ class _Search:
         closest = CLOSE
         for number in range(most):
             state = step(state) if number else state
+            self.work.tell(number / most)
             here = self._scaled(state.z)
             modes = state.mode.tobytes()
             if modes not in seen:
