@@ -445,6 +445,7 @@ def certify_entropy(
 
 
 @waits
+@suggests
 def certify_chaos(
     model: TwoBlock,
     d: float,
