@@ -134,6 +134,14 @@ def test_an_event_at_the_beginning_of_a_forced_cycle_counts_once(late: float) ->
     np.testing.assert_allclose(ordered, np.sort_complex(expected), rtol=0, atol=1e-12)
 
 
+def test_a_slow_belt_has_a_cycle_however_long_the_block_rides() -> None:
+    """After 2000 periods of the block the search gave up."""
+    V, mu = 1e-7, 0.5
+    cycle = ss.find_cycle(ss.Oscillator(V=V, friction=ss.Coulomb(mu)), [0.9], [V])
+    slip = 2.0 * (np.pi - np.arctan((1.0 - mu) / V))
+    assert cycle.period == pytest.approx(2.0 * (1.0 - mu) / V + slip, rel=1e-13)
+
+
 def test_a_block_that_creeps_to_rest_has_no_cycle() -> None:
     """Beyond x = 1 - 0.848 it slips by the square of what is left in every period, ever less."""
     force = ss.Harmonic(0.848, 1.2)

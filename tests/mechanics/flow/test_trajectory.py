@@ -328,6 +328,30 @@ def test_a_motion_that_never_sticks_again_ends_with_its_status():
     assert np.all(late < 0.1 * model.V)  # they come to rest, far below the belt's velocity
 
 
+@pytest.mark.parametrize("law", [ss.Coulomb(0.5), ss.PoppStelter(3.0)])
+def test_blocks_ride_for_as_long_as_a_slow_belt_needs(law):
+    """Steps of 1.5 made 700,000 of a phase at V = 1e-6, and gave up one at 1e-9."""
+    block = ss.Oscillator(V=1e-9, friction=law)
+    motion = ss.simulate(block, [0.0], [1e-9], t_end=1e9 + 1.0)
+    assert motion.t[1] == pytest.approx(1e9, rel=1e-14)  # where the spring pulls with the limit
+    np.testing.assert_allclose(motion.x([3e8, 9e8]), [[0.3], [0.9]], rtol=1e-14)
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=1e-9, friction=law)
+    start = ss.event_map(model).evaluate(0.1).value
+    motion = ss.simulate(model, d=0.1, t_end=3e9)
+    assert motion.status == ss.status.OK
+    assert len(motion.d) > 2
+    assert motion.d[1] == pytest.approx(start, abs=1e-12)
+    balance = motion.energy(np.linspace(0.0, 3e9, 9)).balance
+    np.testing.assert_allclose(balance, balance[0], rtol=0, atol=1e-6)  # times are 4e-7 apart
+
+
+def test_what_rides_at_rest_for_ever_is_at_rest():
+    """It was given up after a time that was never given."""
+    contact = ss.Contact(at=0, friction=ss.Coulomb(0.5))
+    motion = ss.simulate(ss.Structure([1.0], [[1.0]], contacts=[contact]), [0], [0], until="stick")
+    assert motion.status == ss.status.AT_REST
+
+
 def test_limits_end_a_trajectory_with_their_status():
     motion = ss.simulate(ss.examples.coulomb(), d=-0.6, t_end=500, max_events=7)
     assert motion.status == ss.status.EVENT_LIMIT

@@ -204,7 +204,8 @@ class _Search:
     def _next_event(self, state: State) -> State:
         """Follow a motion to where its modes change; ValueError if they do not."""
         for _ in range(MAX_WAITS):
-            leg = self.plain.leg(state, 1, max_time=WAIT * self.slowest)
+            rides = self.model.plant.rubs_as_one and not state.mode.any()  # to an event, in a step
+            leg = self.plain.leg(state, 1, max_time=math.inf if rides else WAIT * self.slowest)
             _check(leg)
             if leg.events:
                 return leg.state

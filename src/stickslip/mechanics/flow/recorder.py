@@ -142,6 +142,11 @@ class Recorder(ABC):
     def _keeps_polynomials(self) -> bool:
         return self.dense and self.engine.name != "exact"
 
+    @property
+    def _rides(self) -> bool:
+        """Whether all that moves rides at one speed: then one step reaches the next event."""
+        return not self.mode.any()
+
     def _slides_for_ever(self) -> bool:
         """Whether it can be shown that no block sticks again."""
         engine, motion = self.engine, self.motion
@@ -201,7 +206,7 @@ class Recorder(ABC):
 
         def advance(_start: int, _stop: int) -> None:
             nonlocal reached
-            reached = self._advance(min(self.longest, left))
+            reached = self._advance(left if self._rides else min(self.longest, left))
 
         while self.t < t_end:
             self.keep()
@@ -422,6 +427,11 @@ class BlocksRecorder(Recorder):
         """Interpret states (z, e)."""
         z, e = np.split(state, [-self.plant.n_contacts], axis=-1)
         return *self.plant.states(z, t), z[..., -self.plant.n_contacts :], e
+
+    @property
+    def _rides(self) -> bool:
+        plant = self.plant
+        return super()._rides and plant.rubs_as_one and not plant.is_forced
 
     def _series(self) -> Floats:
         return np.asarray(self.work.z[self.plant.n_waves :].copy())
