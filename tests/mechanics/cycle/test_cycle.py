@@ -440,7 +440,8 @@ def test_derivatives_next_to_grazing_and_at_grazing() -> None:
     period = slope(near, "V", 3e-5, lambda c: c.period, found, one_sided)
     np.testing.assert_allclose(by.period[0], period, rtol=1e-8)
     largest = slope(near, "V", 3e-5, lambda c: c.multipliers[0].real, found, one_sided)
-    np.testing.assert_allclose(by.multipliers[0, 0].real, largest, rtol=1e-8)
+    # The last digit of graze.value alone moves this by 2.5e-8.
+    np.testing.assert_allclose(by.multipliers[0, 0].real, largest, rtol=1e-7)
     touching = branch[graze.row].derivative("V")
     assert touching.margin < by.margin / 100
     assert touching.status == ss.status.ONE_SIDED

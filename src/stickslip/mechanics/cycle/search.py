@@ -203,9 +203,9 @@ class _Search:
 
     def _next_event(self, state: State) -> State:
         """Follow a motion to where its modes change; ValueError if they do not."""
+        wait = WAIT * self.slowest
         for _ in range(MAX_WAITS):
-            rides = self.model.plant.rubs_as_one and not state.mode.any()  # to an event, in a step
-            leg = self.plain.leg(state, 1, max_time=math.inf if rides else WAIT * self.slowest)
+            leg = self.plain.leg(state, 1, max_time=wait)
             _check(leg)
             if leg.events:
                 return leg.state
@@ -213,6 +213,8 @@ class _Search:
             if self.plain.slides_for_ever():
                 raise NoCycleError(SLIDES, "slides")
             if (state.mode == 0).any():
+                if self.model.plant.rubs_as_one and not state.mode.any():
+                    wait = math.inf  # all ride on, to an event
                 continue
             if self._has_settled(state):
                 raise NoCycleError(SETTLES, "slides")
