@@ -109,3 +109,9 @@ def test_bad_usage(options, capsys):
 def test_a_point_that_is_no_number_is_told_by_its_option(option, capsys):
     assert main(["certify", "--preset", "coulomb", option, "nan"]) == 2
     assert option in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--orbit", "--jump", "--chaos"])
+def test_a_point_outside_the_domain_is_told_as_such(option, capsys):
+    assert main(["certify", "--preset", "coulomb", option, "0.9"]) == 2
+    assert "0.9 is outside the domain |d| <= 0.676470588235" in capsys.readouterr().err

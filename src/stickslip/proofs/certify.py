@@ -156,7 +156,7 @@ def certify_orbit(
 ) -> Certificate:
     """Prove the periodic orbit through a point near d; see `certify`."""
     values, digits, period = _checked(model, digits, exact, period, own=True)
-    near = arb(finite_number("d", d))
+    near = _near(d, values)
 
     def prove() -> dict[str, Any]:
         return proven_orbit(_setting(values), near, period, digits)[2]
@@ -169,7 +169,7 @@ def certify_jump(
 ) -> Certificate:
     """Prove the jump of the event map near d; see `certify`."""
     values, digits, _ = _checked(model, digits, exact)
-    near = arb(finite_number("d", d))
+    near = _near(d, values)
     return _proof("jump", lambda: proven_jump(Setting(values), near, digits), values, digits)
 
 
@@ -188,7 +188,7 @@ def certify_bifurcation(
     `kind` is ``fold``, ``flip`` or ``border_collision``: the point near d reaches a jump.
     """
     values, digits, period = _checked(model, digits, exact, period)
-    near = arb(finite_number("d", d))
+    near = _near(d, values)
     if kind not in (*MULTIPLIERS, "border_collision"):
         raise ValueError(f"kind = {shown(kind)} is not border_collision, fold or flip")
     _varied(model, parameter)
@@ -219,7 +219,7 @@ def certify_branch(
     is proven up to there, and that it is lost. See `certify`.
     """
     values, digits, period = _checked(model, digits, exact, period)
-    near = arb(finite_number("d", d))
+    near = _near(d, values)
     low, high = _span(model, values, parameter, range)
     setting = Setting(values, (parameter,))
     own = values[setting.names(parameter)[0]]
@@ -490,15 +490,13 @@ def certify_chaos(
     >>> ss.certify_chaos(model, 0.27).document["exponent"]
     '0.086076'
     """
-    d = finite_number("d", d)
     at_least = finite_number("at_least", at_least, at_least=0.0)
     values, digits, _ = _checked(model, digits, exact)
     _of_constant_friction(values, "expansions are")
-    setting = Setting(values)
-    _inside([_interval("d", (d, d))], setting)
+    start = float(_near(d, values))
 
     def prove() -> dict[str, Any]:
-        entries = proven_expansion(setting, model.as_map(), d)
+        entries = proven_expansion(Setting(values), model.as_map(), start)
         if float(entries["exponent"]) < at_least:
             raise Undecided(f"only an exponent of {entries['exponent']} is shown")
         return entries
@@ -647,6 +645,14 @@ def _inside(box: list[Span], setting: Setting) -> None:
         if abs(d) > end:
             value = float(d) if abs(d) <= sys.float_info.max else int(d)
             raise ValueError(f"d = {shown(value)} is outside the domain |d| <= {float(end):.12g}")
+
+
+def _near(d: float, values: dict[str, Any]) -> arb:
+    """Return where an orbit is looked for; ValueError outside the domain of a model."""
+    d = finite_number("d", d)
+    if "branches" not in values:
+        _inside([_interval("d", (d, d))], Setting(values))
+    return arb(d)
 
 
 def _setting(values: dict[str, Any]) -> MapSetting:
