@@ -167,6 +167,12 @@ def test_a_file_is_replaced_only_by_force(tmp_path, capsys):
     assert rows_of(path.read_text())[0]["status_name"] == "OK"
 
 
+@pytest.mark.parametrize("count", ["1", "1000000000"])
+def test_a_grid_is_no_larger_than_a_table(count, capsys):
+    assert main(["map", *PAPER, "--grid", count]) == 2
+    assert f"--grid {count}: both ends count, so at least 2; at most" in capsys.readouterr().err
+
+
 def test_no_file_is_left_by_bad_input(tmp_path):
     assert main(["map", *PAPER, "-d", "3", "--out", str(tmp_path / "map.csv")]) == 2
     assert list(tmp_path.iterdir()) == []

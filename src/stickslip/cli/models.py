@@ -93,8 +93,7 @@ def _points_to_map(
         if window is not None:
             raise UsageError("--window belongs to --grid")
         return np.array(d)
-    if grid < 2:
-        raise UsageError(f"--grid {grid}: a grid has at least 2 points")
+    check_equally_spaced("--grid", grid)
     first, last = window or f.domain
     return np.linspace(first, last, grid)
 
