@@ -97,7 +97,8 @@ def _chosen(dataset: Any, variable: str | None) -> Any:
     if array.ndim not in (1, 2) or not set(array.dims) <= set(dataset.coords):
         raise ValueError(
             f"variable {variable!r} has the axes {', '.join(array.dims) or 'none'}: a picture has "
-            "one or two of the sweep's. Choose values of the others: --at NAME=VALUE, or dataset.sel(...)."
+            "one or two of the sweep's. Choose values of the others: --at NAME=VALUE, or "
+            "dataset.sel(...)."
         )
     return array
 

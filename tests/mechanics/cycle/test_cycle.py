@@ -150,7 +150,8 @@ def test_a_block_that_creeps_to_rest_has_no_cycle() -> None:
     with pytest.raises(ValueError, match=near):
         ss.find_cycle(block, [0.4], [0.0], max_events=100, progress=(told := []).append)
     assert told == sorted(told)
-    assert told[0] == 0.0 and 0.99 < told[-1] <= 1.0
+    assert told[0] == 0.0
+    assert 0.99 < told[-1] <= 1.0
 
 
 def test_a_forced_search_goes_on_for_whole_periods_however_few_it_may() -> None:
