@@ -278,6 +278,9 @@ def test_a_merging_of_bands_deep_in_a_window_is_followed_through_the_range():
     assert curve.end_reasons == RANGE_ENDS
     # x = 1/2 - y / r turns it into A + y^2.
     assert r / 2 - r * r / 4 - r * e == pytest.approx(-1.9422022848778, abs=ON_CURVE)
+    for between in (0.0001, 0.0042, 0.0103, 0.0171, 0.01999):  # rows are 1e-3 apart
+        r = curve.at(e=between).value
+        assert r / 2 - r * r / 4 - r * between == pytest.approx(-1.9422022848778, abs=ON_CURVE)
 
 
 @pytest.mark.parametrize("until", [3.0, 3.6, 3.97, 0.0])

@@ -85,7 +85,7 @@ class Readings:
     def located(self, t: float, span: float) -> Located:
         """Judge a zero: its slope (over ``span`` if need be), its error, whether it is a jump."""
         reading = self.known[t]
-        slope = self._slope(t, span)
+        slope = self.slope(t, span)
         ulp = float(np.spacing(abs(t)))
         error = (abs(reading.value) + reading.noise) / abs(slope) if slope != 0 else math.inf
         error = max(error, 2.0 * ulp)
@@ -132,8 +132,8 @@ class Readings:
         rise = abs(across.value - zero.value)
         return rise > ABOVE_NOISE * (zero.noise + slope * abs(s - t))
 
-    def _slope(self, t: float, span: float) -> float:
-        """Slope of the test function beside its zero; 0 if it cannot be told."""
+    def slope(self, t: float, span: float) -> float:
+        """Slope of the test function beside a value; 0 if it cannot be told."""
         zero = self.known[t]
         enough, apart = ABOVE_NOISE * zero.noise, NEARBY * float(np.spacing(abs(t)))
         fit = [
@@ -191,13 +191,15 @@ def solve_near(
     within: tuple[float, float] = (-math.inf, math.inf),
 ) -> Located:
     """Find the zero of a condition close to a guess, or raise `ConditionLost`; never outside."""
-    # ``step``: how far off the guess may be, and the first step where the slope is not known.
+    # ``step``: how far off the guess may be, and the first step where no slope can be told.
     g = Readings(condition, at)
     lo, hi = max(within[0], guess - WIDEST * step), min(within[1], guess + WIDEST * step)
     old = min(max(guess, lo), hi)
     if g.is_zero(old):
         return g.located(old, SPAN * step)
-    move = -g(old) / slope if math.isfinite(slope) and slope != 0 else step
+    if not math.isfinite(slope):  # a whole step away the condition may be lost, or another one
+        slope = g.slope(old, SPAN * step)
+    move = -g(old) / slope if slope != 0 else step
     if abs(move) > WIDEST * step:
         move = math.copysign(step, move)
     new = old + move if lo <= old + move <= hi else old - move
