@@ -315,6 +315,39 @@ def test_feet_of_elastic_contacts_need_no_start(free: bool) -> None:
     assert inside(found, {"mu_1": 0.5})
 
 
+@pytest.mark.parametrize("free", [False, True])
+def test_states_of_a_state_space_form_are_displacements_alone(free: bool) -> None:
+    # Two masses that rub, and a filter of the first one's displacement that pulls it back.
+    A = np.zeros((5, 5))
+    A[:2, 2:4] = np.eye(2)
+    A[2:] = [[-2.0, 1.0, -0.05, 0.0, -0.1], [1.0, -2.0, 0.0, -0.05, 0.0], [0.3, 0, 0, 0, -0.5]]
+    at = np.eye(5)[2:4]
+    laws = [ss.Coulomb(mu=0.5), ss.Coulomb(mu=0.6)]
+    contacts = [
+        ss.Contact(at=k, friction=law, static=limit, V=V)
+        for k, (law, limit, V) in enumerate(zip(laws, (1.0, 0.7), (0.25, -0.15), strict=True))
+    ]
+    model = ss.Structure.from_state_space(A, at.T, at, contacts=contacts)
+    start = np.array([0.3, 0.0, 0.0, 0.1, 0.0])
+    motion = ss.simulate(model, start, t_end=30)
+    t = np.linspace(0.0, 30.0, 200)
+    x, sigma = noisy(motion.x(t))
+    known = {"x0": start, "v0": [], "free_start": free}
+    seen = ss.Record(t, x, sigma=sigma, **known)
+    sought = {"mu_1": 0.5, "static_2": 0.7, "A_3_1": -2.0}
+    begin = model.replace(mu_1=0.52, static_2=0.71, A_3_1=-2.02)
+    found = ss.fit(begin, seen, list(sought))
+    assert inside(found, sought)
+    assert found.chi2 / found.n_free == pytest.approx(1.0, abs=0.2)
+    for told, bad, more in (
+        ("have no velocities", ss.Record(t, v=x, **known), {}),
+        ("a state has no velocities", ss.Record(t, x), {}),
+        ("state-space form is not cut", seen, {"pieces": 3}),
+    ):
+        with pytest.raises(ValueError, match=told):
+            ss.fit(begin, bad, list(sought), **more)
+
+
 def test_times_of_events() -> None:
     model = ss.examples.coulomb()
     motion = ss.simulate(model, d=0.1, t_end=200)

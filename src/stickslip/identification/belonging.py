@@ -55,6 +55,8 @@ def _check_blocks(model: Model, data: Data, place: str) -> None:
         if "V" not in model.parameters or plant.is_forced:
             raise ValueError(f"{place}: CyclePeriods are those of blocks on one belt, not forced")
         return
+    if isinstance(data, Record) and data.v is not None and not plant.n_positions:
+        raise ValueError(f"{place}: states of a state-space form have no velocities: give x alone")
     blocks = data.blocks if isinstance(data, Record) else (data.block,)
     n = len(plant.mass) if isinstance(data, Record) else plant.n_contacts
     if max(blocks) > n:
@@ -62,9 +64,10 @@ def _check_blocks(model: Model, data: Data, place: str) -> None:
     if isinstance(data, Record) and data.free_start and data.x0 is None and data.d is None:
         if len(blocks) < len(plant.mass) or not plant.n_positions:
             missing = sorted(set(range(1, n + 1)) - set(blocks))
+            why = f"blocks {missing} are not measured" if missing else "a state has no velocities"
             raise ValueError(
-                f"{place}: blocks {missing} are not measured, so that the start cannot be guessed: "
-                "give x0 and v0, with free_start=True if they are guesses."
+                f"{place}: {why}, so that the start cannot be guessed: give x0 and v0, with "
+                "free_start=True if they are guesses."
             )
 
 
@@ -135,7 +138,7 @@ def _reached(data: Record, kind: str, values: Floats, own: float) -> _Size:
 
 
 def _largest(values: Floats) -> float:
-    return float(np.nanmax(np.abs(values)))
+    return float(np.nanmax(np.abs(values), initial=0.0))  # states have no velocities
 
 
 def _scales(model: Model, period: float) -> tuple[float, float]:

@@ -874,8 +874,9 @@ def _stages(
     """Numbers of pieces of each set of data, and how tightly pieces are linked, in turn."""
     if pieces is not None:
         n = whole_number("pieces", pieces)
-        if n > 1 and model.plant.is_forced:
-            raise ValueError("pieces: the motion of a forced model is not cut; take pieces=1")
+        if n > 1 and (model.plant.is_forced or not model.plant.n_positions):
+            what = "a forced model" if model.plant.is_forced else "a state-space form"
+            raise ValueError(f"pieces: the motion of {what} is not cut; take pieces=1")
         counts = [n if isinstance(each, Record) else 1 for each in data]
         return [(counts, LOOSE), (counts, TIGHT)] if n > 1 else [(counts, 1.0)]
     counts = [_pieces_of(model, each) if isinstance(each, Record) else 1 for each in data]

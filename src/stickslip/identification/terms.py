@@ -369,7 +369,8 @@ class RecordTerm(Term):
             last = self.first[piece + 1] if piece + 1 < len(self.first) else len(self.t)
             columns = place + np.arange(moves.sum())
             place += len(columns)
-            of_start: tuple[str, ...] = ("x0", "v0") if in_space else self.origin.names
+            in_full = ("x0", "v0")[: self.origin.n_parts]
+            of_start: tuple[str, ...] = in_full if in_space else self.origin.names
             if not len(moves):
                 assert self.known is not None
                 state, of_start = self.known, ()
@@ -476,10 +477,10 @@ def polynomial(t: Floats, values: Floats, degree: int) -> tuple[Floats, Floats, 
 def sampled(
     model: Model, start: dict[str, Any], names: tuple[str, ...], t: Floats
 ) -> tuple[Floats, Floats]:
-    """Return states (times, 2 N), NaN beyond the end of the motion, and their derivatives."""
+    """Return states at times, NaN beyond the end of the motion, and their derivatives."""
     motion = simulate(model, **start, t_end=float(t[-1]))
     inside = t <= motion.t[-1]
-    values = np.full((len(t), 2 * len(model.plant.mass)), np.nan)
+    values = np.full((len(t), len(model.plant.mass) + model.plant.n_positions), np.nan)
     values[inside] = np.concatenate([motion.x(t[inside]), motion.v(t[inside])], axis=-1)
     if not names:
         return values, np.zeros((*values.shape, 0))
