@@ -785,16 +785,31 @@ def test_a_fold_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
     assert found.unresolved == ()
 
 
-@pytest.mark.parametrize("half", [1e-8, 4e-9])
-def test_a_flip_nearer_to_a_fold_than_lists_tell_is_solved_for(half: float) -> None:
-    found = bifurcations(narrow_branch(half), "mu", (-5e-6, 3e-6), max_period=1)
+def test_a_flip_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
+    found = bifurcations(narrow_branch(1e-8), "mu", (-5e-6, 3e-6), max_period=1)
     assert [item.kind for item in found] == ["fold", "flip"]
-    for item, value in zip(found, (0.0, half**2 / 9e-6), strict=True):
+    for item, value in zip(found, (0.0, 1e-16 / 9e-6), strict=True):
         assert abs(item.value - value) <= item.error < 1e-14
-    (before,), (after,) = found[1].orbits_before, found[1].orbits_after
+    assert found.unresolved == ()
+
+
+@pytest.mark.parametrize("bend", [1e12])
+def test_a_flip_nearer_to_a_fold_than_lists_are_made_is_solved_for(bend: float) -> None:
+    half = 2.0 / np.sqrt(bend)
+    sharp = ss.PiecewiseMap(
+        lambda x, mu: x + mu - bend * x**2,
+        (-half, half),
+        parameters={"mu": 0.3},
+        derivative=lambda x, mu: 1 - 2 * bend * x,
+    )
+    found = bifurcations(sharp, "mu", (-0.7, 1.0), max_period=1)
+    assert [item.kind for item in found] == ["fold", "flip"]
+    np.testing.assert_allclose([item.value * bend for item in found], [0, 1], rtol=0, atol=1e-9)
+    flip = found[1]
+    (before,), (after,) = flip.orbits_before, flip.orbits_after
     assert after.multiplier < -1 < before.multiplier < 0
     assert found.unresolved == ()
-    (curve,) = (curve for curve in found.curves if curve.bifurcations)
+    (curve,) = found.curves
     assert [item.kind for item in curve.bifurcations] == ["fold", "flip"]
 
 
