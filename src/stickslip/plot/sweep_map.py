@@ -88,13 +88,14 @@ def sweep(
 
 
 def _chosen(dataset: Any, variable: str | None) -> Any:
-    names = list(dataset.data_vars)
+    names, axes = list(dataset.data_vars), set(dataset.coords)
+    drawn = [n for n in names if dataset[n].ndim in (1, 2) and axes.issuperset(dataset[n].dims)]
     if variable is None:
-        variable = next((name for name in names if dataset[name].ndim in (1, 2)), names[0])
+        variable = next(iter(drawn), names[0])
     if variable not in names:
         raise ValueError(f"variable = {variable!r} is unknown. {did_you_mean(variable, names)}")
     array = dataset[variable]
-    if array.ndim not in (1, 2) or not set(array.dims) <= set(dataset.coords):
+    if variable not in drawn:
         raise ValueError(
             f"variable {variable!r} has the axes {', '.join(array.dims) or 'none'}: a picture has "
             "one or two of the sweep's. Choose values of the others: --at NAME=VALUE, or "
