@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
 from cyclopts import Group, Parameter, Token
 
-from stickslip.checks import shown
 from stickslip.cli.output import (
     PICTURE_SUFFIXES,
     document,
@@ -51,6 +50,8 @@ def _whole(_type: Any, tokens: Sequence[Token]) -> int:
     try:
         return int(tokens[0].value)
     except ValueError:
+        from stickslip.checks import shown
+
         raise ValueError(f"{shown(tokens[0].value)} is not a whole number") from None
 
 
@@ -86,6 +87,8 @@ def pairs(
 def check_equally_spaced(option: str, count: int) -> None:
     """Say so if a count of equally spaced values, both ends included, is none."""
     if not 2 <= count <= MOST_ROWS:
+        from stickslip.checks import shown
+
         told = "both ends count, so at least 2; at most"
         raise UsageError(f"{option} {shown(count)}: {told} {MOST_ROWS}")
 

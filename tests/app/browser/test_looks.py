@@ -167,6 +167,7 @@ def test_drawings_have_the_colours_of_the_theme_also_where_the_system_forces_oth
     """The ink of a light theme lay on the black of a system with high contrast."""
     explorer.page.emulate_media(forced_colors="active", color_scheme="dark")
     explorer.page.wait_for_function("() => document.documentElement.dataset.theme === 'dark'")
+    explorer.settle()  # the page has taken up both changes
     explorer.page.evaluate("() => (document.documentElement.dataset.theme = 'light')")
     try:
         explorer.page.keyboard.press("l")
