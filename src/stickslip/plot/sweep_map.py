@@ -109,11 +109,11 @@ def _title(array: Any) -> str:
 
 
 def _line(array: Any, values: Any, ax: Axes) -> Axes:
-    """Draw values over one axis, kinds by their names."""
+    """Draw values over one axis, kinds by their names; whole numbers do not go from one to one."""
     (across,) = array.dims
-    ax.plot(array[across].values, values, ".-")
+    ax.plot(array[across].values, values, "." if array.dtype.kind == "i" else ".-")
     _name_axis(ax, "x", across, array[across].values)
-    ax.set_ylabel(_title(array))
+    ax.set_ylabel(_title(array), wrap=True)
     if "flag_values" in array.attrs:
         ax.set_yticks(array.attrs["flag_values"], array.attrs["flag_meanings"].split())
     return ax

@@ -269,12 +269,13 @@ class _Report:
         aside = [*self.accumulations, *left]
         # Chaos that is seen beside an event only lies between no two values of the grid.
         looks = filter(self._inside, self.looks.values())
-        if again := unlike(looks, [*self.values, *aside], survey.max_period):
-            more = self._search(lambda: self._crises_in(again, self.values, {}), "the crises")
+        crises_found += self._more_crises(unlike(looks, [*self.values, *aside], survey.max_period))
+        unaccounted, outside = self._accounted(aside)
+        # Nor does the chaos that the search for crises saw itself.
+        seen = [(self._seen_at(change.lo), self._seen_at(change.hi)) for change in unaccounted]
+        if more := self._more_crises(seen):
             crises_found += more
-            self.values += [item.value for item in more]
-        every_look = filter(self._inside, [*self.looks.values(), *self.between])
-        unaccounted, outside = accounted(every_look, [*self.values, *aside], survey.max_period)
+            unaccounted, outside = self._accounted(aside)
         self.work.tell(1.0)
         new = dict(zip(map(id, items), full, strict=True))
         found = sorted([*full, *crises_found], key=lambda item: item.value)
@@ -303,6 +304,17 @@ class _Report:
             n_lists=survey.n_nodes,
             looks=tuple(q for q in sorted(self.looks) if survey.lo <= q <= survey.hi),
         )
+
+    def _accounted(
+        self, aside: list[float]
+    ) -> tuple[list[UnresolvedChange], list[UnresolvedChange]]:
+        """Return what changes between looks without anything listed, and what was not asked for."""
+        every_look = filter(self._inside, [*self.looks.values(), *self.between])
+        return accounted(every_look, [*self.values, *aside], self.survey.max_period)
+
+    def _seen_at(self, q: float) -> ParameterPoint:
+        """Return the look at a value, made anew if the search for crises made it."""
+        return self.looks.get(q) or parameter_point(self.survey.family.at, q)
 
     def _inside(self, look: Look) -> bool:
         """Whether a look is in the range: beside what is at its ends there are others."""
@@ -421,6 +433,14 @@ class _Report:
         self.between += found.looks
         self._looked_at(side for event in found.events for side in event.sides)
         return [self._crisis(event) for event in found.events if not self._explained(event, breaks)]
+
+    def _more_crises(self, intervals: list[Sides]) -> list[Bifurcation]:
+        """Find crises between looks that differ though nothing is listed between."""
+        if not intervals:
+            return []
+        more = self._search(lambda: self._crises_in(intervals, self.values, {}), "the crises")
+        self.values += [item.value for item in more]
+        return more
 
     def _explained(self, event: CrisisEvent, breaks: list[float]) -> bool:
         """Whether a collision makes or ends the chaos, and the orbits that it meets there too."""
