@@ -441,8 +441,11 @@ def test_derivatives_next_to_grazing_and_at_grazing() -> None:
     period = slope(near, "V", 3e-5, lambda c: c.period, found, one_sided)
     np.testing.assert_allclose(by.period[0], period, rtol=1e-8)
     largest = slope(near, "V", 3e-5, lambda c: c.multipliers[0].real, found, one_sided)
-    # The last digit of graze.value alone moves this by 2.5e-8.
-    np.testing.assert_allclose(by.multipliers[0, 0].real, largest, rtol=1e-7)
+    # The last digit of V moves the derivative, by 1.4e-8 (standard deviation): the mean tells.
+    values = near.V + np.spacing(near.V) * np.arange(-20, 21)
+    cycles = [ss.find_cycle(near.replace(V=V), found.x, found.v) for V in values.tolist()]
+    mean = np.mean([cycle.derivative("V").multipliers[0, 0].real for cycle in cycles])
+    np.testing.assert_allclose(mean, largest, rtol=1e-8)
     touching = branch[graze.row].derivative("V")
     assert touching.margin < by.margin / 100
     assert touching.status == ss.status.ONE_SIDED

@@ -269,11 +269,11 @@ class _Report:
         aside = [*self.accumulations, *left]
         # Chaos that is seen beside an event only lies between no two values of the grid.
         looks = filter(self._inside, self.looks.values())
-        crises_found += self._more_crises(unlike(looks, [*self.values, *aside], survey.max_period))
+        again = unlike(looks, [*self.values, *aside], survey.max_period)
+        crises_found += self._more_crises([(a.value, b.value) for a, b in again])
         unaccounted, outside = self._accounted(aside)
         # Nor does the chaos that the search for crises saw itself.
-        seen = [(self._seen_at(change.lo), self._seen_at(change.hi)) for change in unaccounted]
-        if more := self._more_crises(seen):
+        if more := self._more_crises([(change.lo, change.hi) for change in unaccounted]):
             crises_found += more
             unaccounted, outside = self._accounted(aside)
         self.work.tell(1.0)
@@ -434,11 +434,14 @@ class _Report:
         self._looked_at(side for event in found.events for side in event.sides)
         return [self._crisis(event) for event in found.events if not self._explained(event, breaks)]
 
-    def _more_crises(self, intervals: list[Sides]) -> list[Bifurcation]:
+    def _more_crises(self, ends: list[tuple[float, float]]) -> list[Bifurcation]:
         """Find crises between looks that differ though nothing is listed between."""
-        if not intervals:
-            return []
-        more = self._search(lambda: self._crises_in(intervals, self.values, {}), "the crises")
+
+        def search() -> list[Bifurcation]:
+            intervals = [(self._seen_at(lo), self._seen_at(hi)) for lo, hi in ends]
+            return self._crises_in(intervals, self.values, {})
+
+        more = self._search(search, "the crises") if ends else []
         self.values += [item.value for item in more]
         return more
 

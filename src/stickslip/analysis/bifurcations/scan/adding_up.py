@@ -103,10 +103,11 @@ def _adds_up(
     """Check the orbits lost and born against what the kind of event allows."""
     lost, born = ([orbit.period for orbit in some] for some in (orbits_lost, orbits_born))
     smooth = event.kind in ("fold", "transcritical", "pitchfork", "flip")
-    flips = any(other.kind == "flip" and other.period == event.period for other in span.events)
     if smooth and any(orbit.multiplier < -1.0 for orbit in orbits_lost + orbits_born):
-        if not (flips and event.kind == "fold"):
-            return False  # all begin with 1: a flip is as close
+        # All begin with 1: a flip is as close, and must be known.
+        flips = (other.period for other in span.events if other.kind == "flip")
+        if event.kind != "fold" or event.period not in flips:
+            return False
     if event.kind == "fold":
         pair = [event.period] * 2
         return sorted([lost, born]) == [[], pair]
