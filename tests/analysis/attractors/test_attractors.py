@@ -482,3 +482,19 @@ def test_bands_too_narrow_for_a_way_back_to_be_seen_are_no_chaos():
     model = TwoBlock(1.5302629301914765, 1.8149596500848135, 0.09229373881606577, law)
     (only,) = attractors(model)
     assert (only.kind, only.period) == ("periodic", 384)
+
+
+def test_chaos_in_a_window_within_the_capture_radius_of_a_cycle_is_told_apart():
+    middle, half = 0.013, 1e-5
+
+    def u(x):
+        return (x - middle) / half
+
+    windowed = PiecewiseMap(
+        lambda x: np.where(np.abs(u(x)) < 1, middle + half * (0.99 - 1.9 * u(x) ** 2), 0.5 * x),
+        (-1, 1),
+        derivative=lambda x: np.where(np.abs(u(x)) < 1, -3.8 * u(x), 0.5),
+        breakpoints=[middle - half, middle + half],
+    )
+    found = attractors(windowed)
+    assert [(item.kind, item.period) for item in found] == [("periodic", 1), ("chaotic", 1)]

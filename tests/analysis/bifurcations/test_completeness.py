@@ -793,22 +793,26 @@ def test_a_flip_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
     assert found.unresolved == ()
 
 
-def test_a_flip_nearer_to_a_fold_than_lists_are_made_is_solved_for() -> None:
-    bend = 1e12
+@pytest.mark.parametrize(
+    ("bend", "shift", "ends"), [(1e10, 0.0, (-0.7, 1.0)), (1e10, 1.0, (-5e-6, 7e-6))]
+)
+def test_a_flip_nearer_to_a_fold_than_lists_are_made_is_solved_for(bend, shift, ends) -> None:
     sharp = ss.PiecewiseMap(
-        lambda x, mu: x + mu - bend * x**2,
-        (-2e-6, 2e-6),
-        parameters={"mu": 0.3},
+        lambda x, mu: x + (mu - shift) - bend * x**2,
+        (-2 / bend**0.5, 2 / bend**0.5),
+        parameters={"mu": 0.3 + shift},
         derivative=lambda x, mu: 1 - 2 * bend * x,
     )
-    found = bifurcations(sharp, "mu", (-0.7, 1.0), max_period=1)
-    assert [item.kind for item in found] == ["fold", "flip"]
-    np.testing.assert_allclose([item.value * bend for item in found], [0, 1], rtol=0, atol=1e-9)
-    flip = found[1]
-    (before,), (after,) = flip.orbits_before, flip.orbits_after
+    found = bifurcations(sharp, "mu", (ends[0] + shift, ends[1] + shift), max_period=1)
+    fold, flip = found[:2]
+    assert [fold.kind, flip.kind] == ["fold", "flip"]
+    for item, value in ((fold, 0.0), (flip, 1 / bend)):
+        assert abs(item.value - shift - value) <= item.error + 2 * np.spacing(shift) + 1e-21
+    (before,), (after, doubled) = flip.orbits_before, flip.orbits_after
     assert after.multiplier < -1 < before.multiplier < 0
+    assert doubled.period == 2
     assert found.unresolved == ()
-    (curve,) = found.curves
+    (curve,) = (each for each in found.curves if each.period == 1)
     assert [item.kind for item in curve.bifurcations] == ["fold", "flip"]
 
 

@@ -162,7 +162,7 @@ def _newton(f: Map1D, start: Floats, trust_radius: float) -> Cycle | None:
 def capture_radius(f: Map1D, cycle: Cycle) -> float:
     """Distance from ``cycle.points[0]`` inside which eight points were seen to come closer."""
     # One turn also brings points closer that end on a twin of the cycle beside it.
-    turns = min(int(np.ceil(np.log(TWIN) / np.log(_share_left(cycle)))), MAX_TURNS)
+    turns = _turns_that_tell(cycle)
     shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
     # Beside another point of the cycle orbits go on to that one.
     apart = np.min(np.abs(cycle.points[1:] - cycle.points[0]), initial=np.inf)
@@ -170,10 +170,27 @@ def capture_radius(f: Map1D, cycle: Cycle) -> float:
     return _radius_of_approach(f, cycle, largest, shares, turns)
 
 
+def drawn_in(tails: Floats, cycle: Cycle, centre: float, radius: float) -> Bools:
+    """Tell which orbits have come within a capture radius, and closer turn by turn before that."""
+    # Another attractor may pass as near, in a window too narrow for points that were tried.
+    n, period = tails.shape[1], cycle.period
+    turns = min((n - 1) // period, _turns_that_tell(cycle))
+    off = np.abs(tails[:, -period:] - centre)
+    nearest = np.arange(len(tails)), off.argmin(axis=1)
+    before = np.abs(tails[:, max(n - (turns + 1) * period, 0) :] - centre)[nearest]
+    allowed = _share_left(cycle) ** turns * before + SETTLED * radius
+    return np.asarray(off[nearest] <= np.minimum(allowed, radius))
+
+
 def attracts(f: Map1D, cycle: Cycle) -> bool:
     """Whether both sides approach a cycle: on a corner, one may be stable alone."""
     sides = np.array([-1.0, 1.0])
     return cycle.stable and _radius_of_approach(f, cycle, TWIN, sides, turns=2) > 0.0
+
+
+def _turns_that_tell(cycle: Cycle) -> int:
+    """Turns after which a captured orbit is much closer to the cycle than to a twin of it."""
+    return min(int(np.ceil(np.log(TWIN) / np.log(_share_left(cycle)))), MAX_TURNS)
 
 
 def _share_left(cycle: Cycle) -> float:

@@ -33,6 +33,7 @@ from stickslip.analysis.attractors.recurrence import (
     attracts,
     capture_radius,
     confirmed,
+    drawn_in,
     hidden_cycles,
     neutral_family,
     promising,
@@ -76,7 +77,7 @@ class _Known:
             return self.attractor.contains(tails[:, -1], self.radius)
         if self.cycle is None:
             return np.zeros(len(tails), dtype=np.bool_)
-        return self.comes_near(tails, self.radius)
+        return drawn_in(tails, self.cycle, self.centre, self.radius)
 
     def comes_near(self, tails: Floats, distance: float) -> Any:
         """Tell which orbits' last turn comes close to the cycle's centre."""

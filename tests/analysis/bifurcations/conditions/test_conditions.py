@@ -203,6 +203,20 @@ def test_solve_near_finds_the_same_as_solve_between():
     assert_located(solve_near(flip, logistic_at, 3.44, step=0.01, slope=-5.0), 1 + math.sqrt(6))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_slope_that_noise_hides_is_taken_further_away(seed):
+    rng = np.random.default_rng(seed)
+
+    class Noisy:  # as the multiplier of an orbit on a narrow branch
+        def at(self, a):
+            value = 1e9 * (a - 0.5) + rng.uniform(-1e-3, 1e-3)
+            return Reading(value, 1e-3, (0.0,), (1.0,), self, (1,), (0.0,))
+
+    found = solve_near(Noisy(), lambda a: a, 0.5 + 1e-11, step=1e-10)
+    assert found.slope == pytest.approx(1e9, rel=0.1)
+    assert abs(found.value - 0.5) <= found.error < 3e-12
+
+
 def test_solve_near_stays_within_its_bounds():
     f = logistic()
     asked = []

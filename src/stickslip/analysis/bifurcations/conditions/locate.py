@@ -25,6 +25,7 @@ BELOW_NOISE: Final = 0.25  # of the noise: a smaller value is as good as zero
 ABOVE_NOISE: Final = 1e3  # times the noise: values fit for a slope
 WIDEST: Final = 64.0  # times the step: how far from its guess a secant may go
 SPAN: Final = 1e-4  # of a bracket, or of a step: where a slope is taken if no value is fit
+WIDER: Final = (1.0, 10.0, 100.0, 1e3, 1e4)  # times that, where noise hides the slope
 NEARBY: Final = 64.0  # ulp: values closer to a zero than that tell no slope, or may be it
 ERRORS: Final = 8.0  # by which two values of one event may differ
 
@@ -141,13 +142,19 @@ class Readings:
             for s in sorted(self.known, key=lambda s: abs(s - t))
             if abs(s - t) >= apart and abs(self.known[s].value - zero.value) > enough
         ]
-        span = max(span, apart)  # or t + span may be t itself
-        for s in [*fit, t + span, t - span]:
+        for s in fit:
+            return (self.known[s].value - zero.value) / (s - t)
+        span, rise, slope = max(span, apart), 0.0, 0.0  # or t + span may be t itself
+        for way in [side * times * span for times in WIDER for side in (1, -1)]:
             try:
-                return (self(s) - zero.value) / (s - t)
+                risen = self(t + way) - zero.value
             except ConditionLost:
                 continue
-        return 0.0
+            if abs(risen) > rise:
+                rise, slope = abs(risen), risen / way
+            if rise > enough:
+                break
+        return slope
 
 
 def solve(condition: Condition, at: MapAt, low: float, high: float) -> Located:

@@ -365,7 +365,7 @@ class _Between:
             if beside < self.whole.closest:
                 return next(filter(None, map(self._with_flips, reversed(spans))), around)
             left, right = (
-                self._node(q) if beside < room else node
+                self._node(q) if 2 * beside < room else node  # clearly nearer
                 for q, room, node in (
                     (first - beside, rooms[0], around.left),
                     (last + beside, rooms[1], around.right),
@@ -373,7 +373,7 @@ class _Between:
             )
             spans.append(self._around(left, right, around.events))
             nearer = max(NEARER * beside, self.whole.closest)
-            beside = nearer if nearer < beside else 0.0
+            beside = nearer if 2 * nearer < beside else 0.0
         return spans[-1]
 
     def _with_flips(self, span: Span) -> Span | None:
@@ -382,7 +382,7 @@ class _Between:
             event
             for suspect in flips_at_folds(span)
             if (event := self._located(suspect, span))
-            and abs(event.value - suspect.guess) <= suspect.reach
+            and abs(event.value - suspect.guess) <= suspect.reach + event.located.error
         ]
         events = sorted([*span.events, *found], key=lambda event: event.value)
         span = replace(span, events=events)
