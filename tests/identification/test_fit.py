@@ -685,6 +685,43 @@ def test_an_error_is_carried_to_what_follows() -> None:
         found.predict(3)  # type: ignore[arg-type]
 
 
+def test_errors_of_any_sizes_are_carried_on() -> None:
+    # Speeds of some 1e-8, as of creep in m/s: errors of the coefficients lie 18 decades apart, and
+    # rounding of the largest variance is more than all of the least.
+    s = np.linspace(0.1, 1.5, 30)
+    names = ("c", "a", "b")
+
+    def fitted(unit: float) -> ss.Fit:  # type: ignore[name-defined]
+        text = f"a + b * (s / {unit}) + c * (s / {unit}) ** 2"
+        law = ss.friction_law(text, parameters=dict(a=0.7, b=-0.2 * unit, c=0.05 * unit**2))
+        force = np.random.default_rng(1).normal(0.7 - 0.2 * s + 0.05 * s**2, 0.01)
+        block = ss.Oscillator(V=0.2, friction=law)
+        return ss.fit(block, ss.ForcePoints(s, force, sigma=0.01), names)
+
+    one, other = fitted(1.0), fitted(1e-9)
+    scales = np.array([1e-18, 1.0, 1e-9])
+    own = other.predict(lambda model: [model.parameters[name] for name in names])
+    np.testing.assert_allclose(own.standard_error, other.standard_errors, rtol=1e-9)
+    drawn = np.array(list(other.sample(1000, rng=1).values()))
+    np.testing.assert_allclose(drawn, scales[:, None] * list(one.sample(1000, rng=1).values()))
+
+
+def test_curvatures_along_several_axes_do_not_cancel() -> None:
+    s = np.linspace(0.01, 1.5, 30)
+    seen = ss.ForcePoints(s, BLOCK.friction.force(s), sigma=0.01)
+    found = ss.fit(BLOCK, seen, ["mu", "speed"])
+    inverse = np.linalg.inv(found._axes())
+
+    def saddle(model: ss.Oscillator) -> float:
+        off = np.array([model.friction.mu, model.friction.speed]) - found.values
+        one, other = off @ inverse  # in standard errors along the axes
+        return float(one**2 - other**2)
+
+    told = found.predict(saddle)
+    assert told.standard_error == pytest.approx(0.0, abs=1e-9)
+    assert told.curvature == pytest.approx(np.sqrt(2.0), rel=1e-6)
+
+
 @pytest.mark.parametrize("given", [True, False])
 def test_a_sample_is_drawn_from_the_distribution_of_the_estimates(given: bool) -> None:
     s = np.linspace(0.01, 1.5, 8)

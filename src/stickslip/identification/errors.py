@@ -28,8 +28,8 @@ class Prediction(NamedTuple):
     value: Any  # float or ndarray, as the quantity
     standard_error: Any
     curvature: Any
-    """Half the sum of second differences over one standard error: small beside the error where
-    linear theory holds."""
+    """Root of the sum of squares of half the second differences over one standard error: small
+    beside the error where linear theory holds, as large where the quantity jumps."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,8 +70,8 @@ def predict(fit: Fit, quantity: Callable[[Model], Any], axes: Floats) -> Predict
     for axis in axes:
         ahead, behind = (_numbers(fit, quantity, step) for step in (axis, -axis))
         square += (0.5 * (ahead - behind)) ** 2
-        bent += 0.5 * (ahead + behind) - at_best
-    found = at_best, np.sqrt(square), bent
+        bent += (0.5 * (ahead + behind) - at_best) ** 2
+    found = at_best, np.sqrt(square), np.sqrt(bent)
     return Prediction(*(float(each) if each.ndim == 0 else each for each in found))
 
 

@@ -283,7 +283,7 @@ class Fit(Result):
         -------
         Prediction
             `value`, `standard_error` and `curvature`, by differences over one standard error along
-            each axis of the covariance. Where curvature is not small beside the error, or models
+            each axis of the correlation. Where curvature is not small beside the error, or models
             beside have no such quantity, `stickslip.propagate` takes a `sample`.
 
         Raises
@@ -343,8 +343,10 @@ class Fit(Result):
         """Axes of the ellipsoid of errors, one standard error long; ValueError if it is open."""
         if self.undetermined:
             raise ValueError(f"the data cannot tell {', '.join(self.undetermined)}: no error of it")
-        sizes, axes = np.linalg.eigh(self.covariance)
-        return np.asarray((axes * np.sqrt(np.maximum(sizes, 0.0))).T)
+        # Of the correlation: beside the largest variance rounding may be more than all of others.
+        sizes, axes = np.linalg.eigh(np.nan_to_num(self.correlation))
+        errors = np.sqrt(np.diag(self.covariance))
+        return np.asarray((axes * np.sqrt(np.maximum(sizes, 0.0))).T * errors)
 
     def misfit(self, data: Data | Sequence[Data], *, check_units: bool = True) -> float:
         """Compare the fitted model with data that were not fitted.
