@@ -111,6 +111,9 @@ def test_json_of_a_law_from_forces(here: Path, capsys: pytest.CaptureFixture[str
         (["forces.csv", *FIT, "--sigma-v", "0.1"], BAD_USAGE, "sigma_v"),
         (["none.csv", *FIT], BAD_USAGE, "cannot use none.csv"),
         (["record.csv", *FIT, *PHYSICAL[:3]], BAD_USAGE, "Are both in the same units?"),
+        (["record.csv", *FIT, *PHYSICAL[:3]], BAD_USAGE, "if False (--any-units), takes them as"),
+        (["record.csv", *FIT], BAD_USAGE, """they are: columns {"t": 'time [s]', ...} (--"""),
+        (["record.csv", *FIT, *PHYSICAL, "--max-evaluations", "1"], COMPUTATION_FAILED, "--max-ev"),
         (["record.csv", *FIT, *PHYSICAL[:3], "--any-units"], COMPUTATION_FAILED, "does not tell"),
     ],
 )  # fmt: skip
@@ -118,4 +121,6 @@ def test_what_is_wrong_is_told(
     here: Path, capsys: pytest.CaptureFixture[str], given: list[str], code: int, told: str
 ) -> None:
     assert main(["fit", *given]) == code
-    assert told in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert told in error
+    assert "is for Python" not in error

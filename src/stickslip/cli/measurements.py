@@ -52,6 +52,7 @@ def fit(
     pieces: Whole | None = None,
     loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear",
     n_starts: Whole = 1,
+    max_evaluations: Whole = 200,
     any_units: Flag = False,
     free_zero: Flag = False,
     out: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FOLDER")] = None,
@@ -95,6 +96,8 @@ def fit(
         Least squares, or one that feels outliers less.
     n_starts
         Look at so many values of the parameters first, spread over the bounds.
+    max_evaluations
+        Of the model, in each approach of the search.
     any_units
         Take data whose size is out of all proportion to the model's motions.
     free_zero
@@ -133,6 +136,7 @@ def fit(
             pieces=pieces,
             loss=loss,
             n_starts=n_starts,
+            max_evaluations=max_evaluations,
             check_units=not any_units,
         )
 

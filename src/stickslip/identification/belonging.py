@@ -87,9 +87,9 @@ class _Size(NamedTuple):
         if self.own > 0.0 and not self.low < self.found / self.own < self.high:
             raise ValueError(
                 f"{place}: {self.name} {self.found:.6g}{self.where}, where {self.what} "
-                f"{self.own:.3g}. Are both in the same units? Is no value out of place? units= of "
-                "read_measurements (--units) are those of the file, data.to_dimensionless(units) "
-                "changes those of data; check_units=False (--any-units) takes them as they are."
+                f"{self.own:.3g}. Are both in the same units? Is no value out of place? Units of a "
+                "file are told where it is read (--units), data.to_dimensionless(units) changes "
+                "those of data; check_units, if False (--any-units), takes them as they are."
             )
 
 

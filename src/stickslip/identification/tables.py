@@ -203,9 +203,9 @@ def _kind(
     known = [name for name in NAMES if name != "times"]  # "time" is that of a record
     near = next((told for name in header if (told := closest(name, known))), "")
     raise ValueError(
-        f"the columns are {', '.join(map(shown, header))}: {needs} is needed. Rename columns, or "
-        f'say which they are: columns={{"t": {header[0]!r}, ...}} (--columns "t={header[0]}" ...). '
-        f"{near}".rstrip()
+        f"the columns are {', '.join(map(shown, header))}: {needs} is needed. Commas, semicolons "
+        "or tabulators part columns. Rename them, or say which they are: columns "
+        f'{{"t": {header[0]!r}, ...}} (--columns "t={header[0]}" ...). {near}'.rstrip()
     )
 
 
