@@ -237,6 +237,21 @@ def test_the_velocity_of_a_riding_block_is_no_unknown() -> None:
     assert np.array(term_of(seen, smooth, 20).moves).all()
 
 
+def test_a_ride_that_alone_tells_the_speed_of_the_belt_is_told() -> None:
+    # The motion never sticks, so that any faster belt does as well, unless the record begins with
+    # a ride, which its first samples do not rule out.
+    block, t = ss.Oscillator(V=3.0, friction=ss.Coulomb(mu=0.5), damping=0.02), T[:400]
+    values, sigma = noisy(ss.simulate(block, [0.3], [2.0], t_end=t[-1]).x(t))
+    slips = ss.Record(t, values, sigma=sigma)
+    rides = replace(slips, x0=[0.3], v0=[2.0], free_start=True)
+    found = ss.fit(block, slips, ["mu", "V"])
+    assert found.undetermined == ("V",)
+    assert "ride" not in repr(found)
+    found = ss.fit(block.replace(V=2.0), rides, ["mu", "V"])
+    assert not found.undetermined
+    assert "400 values of a record, block 1 taken to ride at its start" in repr(found)
+
+
 @pytest.mark.parametrize("x", [0.7, 1.2])
 def test_a_start_that_slips_about_as_fast_as_the_belt_is_no_ride(x: float) -> None:
     block, t = ss.Oscillator(V=0.3, friction=ss.Coulomb(mu=0.4)), np.linspace(0.0, 40.0, 400)

@@ -399,6 +399,8 @@ class RecordTerm(Term):
             end = (values[-1], gradient[-1]) if last < len(self.t) else None
         residuals, jacobian, fitted = table.joined()
         told = f" in {len(self.first)} pieces" * (len(self.first) > 1)
+        riding = np.flatnonzero(~self.moves[0]) - n_bodies + 1
+        told += "".join(f", block {block} taken to ride at its start" for block in riding)
         told += ", of displacements from" * bool(len(zero)) + "".join(f" {z:.6g}" for z in zero)
         return Answer(
             *(residuals, jacobian, fitted, np.concatenate(links), np.concatenate(link_gradients)),
