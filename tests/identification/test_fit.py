@@ -549,6 +549,27 @@ def test_without_standard_errors_the_scatter_is_estimated() -> None:
     np.testing.assert_allclose(other.standard_errors, one.standard_errors, rtol=0.1)
 
 
+def test_rounding_of_equal_data_is_no_scatter() -> None:
+    force = np.full(600, 0.3)
+    assert force.std() > 0.0
+    found = ss.fit(
+        BLOCK.replace(friction=ss.Coulomb(mu=0.5)), ss.ForcePoints(0.1 * T, force), ["mu"]
+    )
+    assert found.message == "converged"
+    assert found.values == pytest.approx([0.3], rel=1e-12)
+
+
+def test_noise_about_a_constant_wants_an_error() -> None:
+    block, noise = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.5)), 0.01
+    force = np.random.default_rng(1).normal(0.4, noise, size=20)
+    s = np.linspace(0.1, 1.0, 20)
+    bare, weighed = (
+        ss.fit(block, ss.ForcePoints(s, force, sigma), ["mu"]) for sigma in (None, noise)
+    )
+    assert "Give sigma= if that is their noise" in bare.message
+    assert weighed.message == "converged"
+
+
 def test_what_the_model_does_not_reach_is_told() -> None:
     model = ss.examples.coulomb()
     few = ss.simulate(model, d=0.1, t_end=30)

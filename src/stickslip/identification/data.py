@@ -559,5 +559,5 @@ def weighed(data: Data, factor: float) -> Data:
 def guessed(values: Floats) -> float:
     """Hundredth of the scatter of values: a weight where no standard error is given."""
     known = [column[np.isfinite(column)] for column in values.T]
-    spread = max((float(np.std(each)) for each in known if len(each)), default=0.0)
+    spread = max((float(np.std(each)) for each in known if len(each) and np.ptp(each)), default=0.0)
     return 0.01 * (spread or float(np.abs(np.concatenate(known)).max(initial=0.0)) or 1.0)

@@ -178,10 +178,12 @@ class Fit(Result):
         if not self.tells:
             known = _weighed(self.data)
             size, unit = (1.0, "times their errors") if known else (0.01, "of their scatter")
+            look = "Look" if known else "Give sigma= if that is their noise, else look"
             told.append(
-                f"the model does not tell these data: residuals are some {self._size * size:.2g} "
-                f"{unit}. Look at units, at what is fixed, at where the search starts (n_starts=), "
-                "at whether displacements count from where springs are slack (free_zero=)"
+                "the model does not tell these data: residuals are some "
+                f"{self._size * size:.2g} {unit}. {look} at units, at what is fixed, at where the "
+                "search starts (n_starts=), at whether displacements count from where springs are "
+                "slack (free_zero=)"
             )
         told += [
             f"residuals of data {k} are not scattered about zero (neighbours correlate by "
