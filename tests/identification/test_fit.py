@@ -732,9 +732,11 @@ def test_errors_of_any_sizes_are_carried_on() -> None:
         law = ss.friction_law(text, parameters=dict(a=0.7, b=-0.2 * unit, c=0.05 * unit**2))
         force = np.random.default_rng(1).normal(0.7 - 0.2 * s + 0.05 * s**2, 0.01)
         block = ss.Oscillator(V=0.2, friction=law)
-        return ss.fit(block, ss.ForcePoints(s, force, sigma=0.01), names)
+        seen = ss.ForcePoints(s, force, sigma=0.01)
+        return ss.fit(block, seen, names, bounds={"c": (0.0, 0.1 * unit**2)})
 
     one, other = fitted(1.0), fitted(1e-9)
+    assert one.message == other.message == "converged"
     scales = np.array([1e-18, 1.0, 1e-9])
     own = other.predict(lambda model: [model.parameters[name] for name in names])
     np.testing.assert_allclose(own.standard_error, other.standard_errors, rtol=1e-9)

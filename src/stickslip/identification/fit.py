@@ -1040,7 +1040,8 @@ def _result(
     errors = np.sqrt(np.diag(covariance))
     errors[[name in undetermined for name in names]] = np.inf
     known = [priors.get(name, (np.nan, np.nan)) for name in names]
-    near = 1e-9 * (1.0 + np.abs(values))
+    start = np.array([model.parameters[name] for name in names])
+    near = 1e-9 * (np.abs(start) + np.abs(values))
     at_bound = (values - ranges[0] <= near) | (ranges[1] - values <= near)
     best = problem.changed(unknowns)
     found = Fit(
@@ -1050,7 +1051,7 @@ def _result(
         standard_errors=errors,
         intervals=np.zeros((n, 2)),
         covariance=covariance,
-        start=np.array([model.parameters[name] for name in names]),
+        start=start,
         undetermined=undetermined,
         at_bound=tuple(name for name, there in zip(names, at_bound, strict=True) if there),
         residuals=stage.residuals,
