@@ -15,6 +15,9 @@ from stickslip.identification.fit import Loss
 from stickslip.identification.terms import FEW, term_of
 
 BLOCK = ss.Oscillator(V=0.2, friction=ss.Stribeck(mu=0.5, speed=0.3), damping=0.1)
+FORCED = ss.Oscillator(
+    V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2, forcing=ss.Harmonic(1.5, frequency=0.7)
+)
 T = np.linspace(0.0, 60.0, 600)
 
 
@@ -311,12 +314,38 @@ def test_velocities_of_one_block_with_a_known_start() -> None:
 
 
 def test_a_forced_oscillator_from_velocities() -> None:
-    forcing = ss.Harmonic(amplitude=1.5, frequency=0.7)
-    model = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.5), damping=0.2, forcing=forcing)
-    v, sigma = noisy(ss.simulate(model, [0.2], [0.3], t_end=60).v(T))
+    v, sigma = noisy(ss.simulate(FORCED, [0.2], [0.3], t_end=60).v(T))
     data = ss.Record(T, v=v, sigma_v=sigma, x0=[0.2], v0=[0.3])
-    found = ss.fit(model.replace(mu=0.6, damping=0.15), data, ["mu", "damping"])
+    found = ss.fit(FORCED.replace(mu=0.6, damping=0.15), data, ["mu", "damping"])
     assert inside(found, {"mu": 0.5, "damping": 0.2})
+
+
+def test_a_record_under_a_load_that_varies_begins_at_any_time() -> None:
+    # Two blocks on a belt; a third mass, which is shaken and does not rub, presses on the first.
+    contacts = [
+        ss.Contact(at=0, friction=ss.Coulomb(mu=0.5), V=0.2, load=(0.0, 0.0, 0.6)),
+        ss.Contact(at=1, friction=ss.Coulomb(mu=0.6), V=0.2, static=1.2),
+    ]
+    shaken = ss.Harmonic(amplitude=(0.0, 0.0, 2.0), frequency=0.9, phase=0.4)
+    model = ss.Structure(
+        mass=[1.0, 1.5, 1.0],
+        stiffness=[[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 4.0]],
+        damping=[0.05, 0.05, 0.3],
+        contacts=contacts,
+        forcing=shaken,
+    )
+    t, start = np.linspace(0.0, 40.0, 400), {"x0": [0.5, 0.2, 0.1], "v0": [0.2, 0.1, 0.0]}
+    values, sigma = noisy(ss.simulate(model, *start.values(), t_end=40.0).x(t))
+    true = {"mu_1": 0.5, "mu_2": 0.6, "load_1_3": 0.6}
+    begun = model.replace(mu_1=0.43, mu_2=0.68, load_1_3=0.51)
+    seen = ss.Record(t[200:], values[200:], sigma=sigma)
+    found = ss.fit(begun, seen, list(true))
+    assert found.message == "converged"
+    assert inside(found, true)
+    again = found._again([found._started(seen, found.starts[0])])
+    assert again.chi2 == pytest.approx(found.chi2, rel=1e-6)
+    known = ss.fit(model, replace(seen, **start), [])  # a start that is known is that at 0
+    assert known.chi2 / known.n_free == pytest.approx(1.0, abs=0.2)
 
 
 @pytest.mark.parametrize("free", [False, True])
@@ -502,14 +531,25 @@ def test_laws_are_compared_by_what_they_tell_of_a_record_left_out() -> None:
 
 @pytest.mark.parametrize("free_zero", [False, True])
 @pytest.mark.parametrize("pieces", [1, 4])
-def test_jacobians_are_the_limits_of_differences(pieces: int, free_zero: bool) -> None:
-    data = replace(record(BLOCK, x=[0.0], v=[0.0]), free_zero=free_zero)
-    term = term_of(data, BLOCK, pieces)
-    names, values = ("mu", "V"), np.array([0.5, 0.2])
+@pytest.mark.parametrize(
+    ("model", "names", "first"),
+    [
+        (BLOCK, ("mu", "V"), 0),
+        (FORCED, ("mu", "forcing.frequency"), 90),
+        (FORCED, ("forcing.phase", "forcing.frequency"), 90),
+    ],
+)
+def test_jacobians_are_the_limits_of_differences(
+    model: ss.Oscillator, names: tuple[str, ...], first: int, pieces: int, free_zero: bool
+) -> None:
+    whole = record(model, x=[0.0], v=[0.0])
+    data = replace(whole, t=T[first:], x=whole.x[first:], free_zero=free_zero)
+    term = term_of(data, model, pieces)
+    values = np.array([model.parameters[name] for name in names])
 
     def answer(unknowns: np.ndarray):  # type: ignore[no-untyped-def]
-        model = BLOCK.replace(mu=float(unknowns[0]), V=float(unknowns[1]))
-        return term.answer(model, names, unknowns[2:])
+        moved = model.replace(**dict(zip(names, unknowns[:2].tolist(), strict=True)))
+        return term.answer(moved, names, unknowns[2:])
 
     here = np.concatenate([values, term.start])
     found = answer(here)

@@ -119,8 +119,8 @@ class Record(_Motion):
     Parameters
     ----------
     t : array_like of float, shape (n,)
-        Times, ascending, n >= 5; the motion starts at the first, that of a forced model at the
-        forcing's time 0.
+        Times, ascending, n >= 5; the motion starts at the first, but that of a forced model from a
+        state that is known (`x0`, `v0`, no guess) at the forcing's time 0.
     x, v : array_like of float, shape (n,) or (n, k), optional
         Displacements and velocities of k blocks, at least one of the two. NaN stands for what is
         missing, as where channels were sampled at different times; of each block 5 values of one

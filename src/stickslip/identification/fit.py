@@ -878,9 +878,8 @@ def _stages(
     """Numbers of pieces of each set of data, and how tightly pieces are linked, in turn."""
     if pieces is not None:
         n = whole_number("pieces", pieces)
-        if n > 1 and (model.plant.is_forced or not model.plant.n_positions):
-            what = "a forced model" if model.plant.is_forced else "a state-space form"
-            raise ValueError(f"pieces: the motion of {what} is not cut; take pieces=1")
+        if n > 1 and not model.plant.n_positions:
+            raise ValueError("pieces: the motion of a state-space form is not cut; take pieces=1")
         counts = [n if isinstance(each, Record) else 1 for each in data]
         return [(counts, LOOSE), (counts, TIGHT)] if n > 1 else [(counts, 1.0)]
     counts = [_pieces_of(model, each) if isinstance(each, Record) else 1 for each in data]
@@ -896,7 +895,7 @@ def _pieces_of(model: Model, record: Record) -> int:
     """Count the pieces of the first approach: about one for each fast period."""
     t = np.asarray(record.t)
     whole = len(record.blocks) == len(model.plant.mass) and model.plant.n_positions
-    if model.plant.is_forced or not whole:
+    if not whole:
         return 1
     return int(np.clip((t[-1] - t[0]) / natural_period(model), 1, max(len(t) // 12, 1)))
 

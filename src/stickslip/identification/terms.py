@@ -154,7 +154,6 @@ class RecordTerm(Term):
         self.data, self.model = data, model
         self.origin = Start(data, model)
         self.t = np.asarray(data.t)
-        self.begin = 0.0 if model.plant.is_forced else float(self.t[0])
         self.over_belt = model.plant.rubs_as_one
         self.n_pieces = n_pieces
         self.zero = self._zero(states) if data.free_zero else np.zeros(0)
@@ -163,6 +162,8 @@ class RecordTerm(Term):
         given = self.origin.given
         guess = self._likely if states is None else states.__getitem__
         self.known = None if self.origin.free else given
+        known_at_zero = self.known is not None and model.plant.is_forced
+        self.begin = 0.0 if known_at_zero else float(self.t[0])
         self.in_space = [self.known is None and not self.origin.on_belt, *[True] * (n_pieces - 1)]
         starts = [np.zeros(0) if self.known is not None or given is None else given]
         starts += [guess(k) - self._belt(model) for k in self.first[1:]]
@@ -262,7 +263,7 @@ class RecordTerm(Term):
         """Sum of squares of the samples from one on, over some period, and number of free data."""
         from scipy.optimize import least_squares  # loads linear algebra
 
-        begin = 0.0 if self.model.plant.is_forced else self.t[k]
+        begin = float(self.t[k])
         end = int(np.searchsorted(self.t, self.t[k] + natural_period(self.model)))
         rows = slice(k, min(max(end, k + FEWEST), len(self.t)))
         belt = self._belt(self.model)
@@ -274,7 +275,7 @@ class RecordTerm(Term):
             start[moves] = own
             table = _Rows(self.data, len(state) + len(self.zero), self.zero)
             given = self.origin.arguments(start, on_belt=False)
-            values, slopes = sampled(self.model, given, ("x0", "v0"), self.t[rows] - begin)
+            values, slopes = sampled(self.model, given, ("x0", "v0"), self.t[rows], begin)
             table.add(rows, values, np.pad(slopes, [(0, 0), (0, 0), (0, len(self.zero))]))
             residuals, jacobian, _ = table.joined()
             return residuals, np.nan_to_num(jacobian[:, : len(state)][:, moves], posinf=0, neginf=0)
@@ -377,8 +378,8 @@ class RecordTerm(Term):
             begin = self.begin if piece == 0 else float(self.t[first])
             on_belt = piece == 0 and self.origin.on_belt
             start = self.origin.arguments(state, on_belt=on_belt)
-            t = self.t[first : last + 1] - begin
-            values, moved = sampled(model, start, (*names, *of_start), t)
+            t = self.t[first : last + 1]
+            values, moved = sampled(model, start, (*names, *of_start), t, begin)
             gradient = np.zeros((*values.shape, width))
             gradient[..., :n] = moved[..., :n]
             gradient[..., columns] = moved[..., n:][..., moves]
@@ -477,16 +478,34 @@ def polynomial(t: Floats, values: Floats, degree: int) -> tuple[Floats, Floats, 
 
 
 def sampled(
-    model: Model, start: dict[str, Any], names: tuple[str, ...], t: Floats
+    model: Model, start: dict[str, Any], names: tuple[str, ...], t: Floats, begin: float = 0.0
 ) -> tuple[Floats, Floats]:
-    """Return states at times, NaN beyond the end of the motion, and their derivatives."""
-    motion = simulate(model, **start, t_end=float(t[-1]))
+    """Return states at times of a motion that begins at one, NaN beyond its end, and derivatives.
+
+    Columns are those of the names; "x0" and "v0", which have several, are the last.
+    """
+    numbers = model.parameters if begin else {}
+    waves = [name.removesuffix("frequency") for name in numbers if name.endswith(".frequency")]
+    turned = {
+        f"{wave}phase": numbers[f"{wave}phase"] + begin * numbers[f"{wave}frequency"]
+        for wave in waves
+    }
+    t = t - begin
+    motion = simulate(model.replace(**turned) if turned else model, **start, t_end=float(t[-1]))
     inside = t <= motion.t[-1]
     values = np.full((len(t), len(model.plant.mass) + model.plant.n_positions), np.nan)
     values[inside] = np.concatenate([motion.x(t[inside]), motion.v(t[inside])], axis=-1)
     if not names:
         return values, np.zeros((*values.shape, 0))
-    return values, np.concatenate(motion.derivative(*names).states(t), axis=1)
+    # What a frequency does until the motion begins, it does through the phase.
+    faster = [wave for wave in waves if f"{wave}frequency" in names]
+    through = [f"{wave}phase" for wave in faster if f"{wave}phase" not in names]
+    asked = [*through, *names]
+    slopes = np.concatenate(motion.derivative(*asked).states(t), axis=1)
+    for wave in faster:
+        one, other = (asked.index(f"{wave}{name}") for name in ("frequency", "phase"))
+        slopes[..., one] += begin * slopes[..., other]
+    return values, slopes[..., len(through) :]
 
 
 class SeriesTerm(Term):
