@@ -129,7 +129,8 @@ class Record(_Motion):
         Which blocks they are, counted from 1; without it the first k.
     sigma, sigma_v : float or array_like of float, optional
         Standard error of a displacement and of a velocity, > 0, or one for each time, (n,), or for
-        each number, (n, k); without it the scatter is estimated from the residuals.
+        each number, (n, k); without it the scatter is estimated from the residuals, one share of
+        that of displacements and of velocities: give both where one is noisier.
     x0, v0 : array_like of float, shape (N,), optional
         State that the motion starts from; without it the start is estimated, too.
     d : float or array_like of float, optional
