@@ -331,3 +331,38 @@ def test_a_cycle_that_attracts_slowly_is_found():
     np.testing.assert_allclose(cycle.multipliers[0], 0.97574, rtol=1e-5)
     assert cycle.stable
     assert cycle.residual < 1e-12
+
+
+def test_a_cycle_that_turns_from_slip_to_slip_keeps_all_its_multipliers() -> None:
+    """Damping below zero feeds a mass on the ground; the multiplier 1.88 was told as 0, stable."""
+    c, mu = 0.2, 0.5
+    frequency = np.sqrt(1.0 - c**2 / 4)
+    growth = np.exp(0.5 * c * np.pi / frequency)  # in half a period, about the place mu
+    rest = mu * (growth + 1.0) / (growth - 1.0)
+    ground = ss.Contact(at=0, friction=ss.Coulomb(mu))
+    model = ss.Structure([1.0], stiffness=[[1.0]], damping=[[-c]], contacts=[ground])
+    cycle = ss.find_cycle(model, [rest * 1.0001], [0.0])
+    assert cycle.period == pytest.approx(2 * np.pi / frequency, rel=1e-13)
+    assert abs(cycle.x[0]) == pytest.approx(rest, rel=1e-12)
+    np.testing.assert_allclose(cycle.multipliers, [growth**2], rtol=1e-11)
+    assert not cycle.stable
+
+
+@pytest.mark.parametrize("static", [0.3, 0.6])
+def test_two_contacts_of_one_body_move_it_as_one_does(static: float) -> None:
+    """They stick and slip together: of what they hold only rounding was left, and taken away."""
+    found = []
+    for share, count in ((2.0 * static, 1), (static, 2)):
+        contact = ss.Contact(at=0, friction=ss.Coulomb(mu=0.4), static=share)
+        model = ss.Structure(
+            mass=[1.0, 1.0],
+            stiffness=[[2.0, -1.0], [-1.0, 1.5]],
+            damping=[0.05, 0.02],
+            contacts=[contact] * count,
+            forcing=ss.Harmonic((0.0, 1.0), frequency=0.5, phase=0.3),
+        )
+        found.append(ss.find_cycle(model, [0.0, 0.0], [0.0, 0.0]))
+    one, two = found
+    np.testing.assert_allclose(two.x, one.x, atol=1e-12)
+    np.testing.assert_allclose(two.multipliers, one.multipliers, atol=1e-11)
+    assert np.count_nonzero(one.multipliers) == 3

@@ -13,7 +13,13 @@ from stickslip.checks import whole_number
 from stickslip.errors import NoCycleError
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_along, cycle_of
 from stickslip.mechanics.cycle.mode_changes import between_events
-from stickslip.mechanics.cycle.section import Section, Shooting, Shot, coordinates
+from stickslip.mechanics.cycle.section import (
+    Section,
+    Shooting,
+    Shot,
+    coordinates,
+    fewest_freedoms,
+)
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State, sizes_of
 from stickslip.mechanics.cycle.sliding import linear_modes, modes_about, steady_states
 from stickslip.mechanics.flow.engine import tolerance
@@ -365,16 +371,18 @@ class _Search:
     # --- as a result ---------------------------------------------------------------------------
 
     def _cycle(self, state: State, leg: Leg) -> Cycle:
-        return cycle_along(self.model, state, leg, self._multipliers(state, leg.tangent))
+        return cycle_along(self.model, state, leg, self._multipliers(leg))
 
-    def _multipliers(self, state: State, tangent: Floats) -> NDArray[np.complex128]:
+    def _multipliers(self, leg: Leg) -> NDArray[np.complex128]:
         """Eigenvalues of the return, over the directions that are free at its start."""
-        ways = self.model.plant.ways(_varies(state))
-        values = np.linalg.eigvals(ways.T @ tangent @ ways)
+        plant = self.model.plant
+        ways = plant.ways(_varies(leg.start))
+        values = np.linalg.eigvals(ways.T @ leg.tangent @ ways)
         values = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
-        # The return ends on the section: the direction across it is lost.
-        total = len(ways) - self.model.plant.turns.shape[1] - 1
-        kept = values[:-1]
+        # One direction of each phase is that of the motion. Where a contact turns from slip to
+        # slip its velocity is no direction of the section, and no other one is lost.
+        total = len(ways) - plant.turns.shape[1] - 1
+        kept = values[: fewest_freedoms(plant, leg) - 1]
         kept = kept[np.abs(kept) > ROUNDING * max(1.0, float(np.abs(values).max()))]
         return np.concatenate([kept, np.zeros(total - len(kept))])
 

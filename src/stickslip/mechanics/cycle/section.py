@@ -81,10 +81,10 @@ class Shot:
     def multipliers(self) -> NDArray[np.complex128]:
         """Floquet multipliers by descending size, as in `Cycle`; the trivial one is left out."""
         # More than the directions that are free in the phase with most riders are exact zeros.
-        ways, mode = self.section.ways, self.section.mode
+        ways, plant = self.section.ways, self.model.plant
         matrix = ways.T @ self.leg.tangent @ ways
-        total = len(matrix) + int(np.count_nonzero(mode == 0))
-        rank = total - len(mode) + _fewest_slipping(self.section, self.leg)
+        total = len(ways) - plant.turns.shape[1]
+        rank = fewest_freedoms(plant, self.leg)
         if self.normal is not None:
             lost = self.normal @ ways @ matrix / self.bend
             matrix = matrix - np.outer(ways.T @ self.velocity, lost)
@@ -120,13 +120,17 @@ def word_of(leg: Leg) -> Word:
     return tuple((block, mode) for _, block, mode in leg.events)
 
 
-def _fewest_slipping(section: Section, leg: Leg) -> int:
-    mode = section.mode.copy()
-    fewest = int(np.count_nonzero(mode))
-    for _, block, new in leg.events:
+def fewest_freedoms(plant: Plant, leg: Leg) -> int:
+    """Directions that are free in the phase of a leg that leaves fewest."""
+    # Changes at one instant are one: between them there is no phase.
+    state, begun, phases = leg.start, 0.0, {}
+    for t, block, new in [*leg.events, (leg.duration, 0, 0)]:
+        if t > begun:
+            phases[state.mode.tobytes()] = state.free
+        mode = state.mode.copy()
         mode[block] = new
-        fewest = min(fewest, int(np.count_nonzero(mode)))
-    return fewest
+        state, begun = state._replace(mode=mode), t
+    return min(plant.ways(free).shape[1] for free in phases.values())
 
 
 @dataclass(frozen=True, eq=False)

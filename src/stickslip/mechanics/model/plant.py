@@ -248,8 +248,12 @@ class Plant:
 
     def ways(self, varies: NDArray[np.bool_]) -> Floats:
         """Columns: independent changes of what varies of (y, w), that something feels."""
-        own = np.eye(len(varies))[:, varies]
-        return own @ unfelt(self.turns[varies].T) if self.turns.size else own
+        all_ways = np.eye(len(varies))
+        if not self.turns.size:
+            return all_ways[:, varies]
+        # What is held belongs to the rows: of turns that contacts hold only rounding would be left.
+        ways = unfelt(np.concatenate([self.turns.T, all_ways[~varies]]))
+        return np.where(varies[:, None], ways, 0.0)
 
     # --- coordinates -------------------------------------------------------------------------
 
