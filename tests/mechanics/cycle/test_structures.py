@@ -346,6 +346,9 @@ def test_a_cycle_that_turns_from_slip_to_slip_keeps_all_its_multipliers() -> Non
     assert abs(cycle.x[0]) == pytest.approx(rest, rel=1e-12)
     np.testing.assert_allclose(cycle.multipliers, [growth**2], rtol=1e-11)
     assert not cycle.stable
+    for rates in (cycle.derivative, cycle.period_derivative):  # no section is free of events
+        with pytest.raises(ValueError, match="turns round only where modes change"):
+            rates("mu_1")
 
 
 @pytest.mark.parametrize("static", [0.3, 0.6])

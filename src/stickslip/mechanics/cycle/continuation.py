@@ -21,7 +21,14 @@ from stickslip.analysis.continuation.follower import (
 from stickslip.analysis.continuation.half_period import flip_of_half
 from stickslip.checks import checked_interval, whole_number
 from stickslip.mechanics.cycle.cycle import Cycle, cycle_of, same_cycle
-from stickslip.mechanics.cycle.mode_changes import Touch, converged, on_section, partners, touches
+from stickslip.mechanics.cycle.mode_changes import (
+    NOT_SOLVED,
+    Touch,
+    converged,
+    on_section,
+    partners,
+    touches,
+)
 from stickslip.mechanics.cycle.section import EVENTS
 from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.sliding import modes_about, steady_states
@@ -150,12 +157,7 @@ class _CycleFollower(Follower):
         """Set out from the cycle, the parameter rising."""
         y = self._on_section(self.cycle)
         self.first = self.shooting
-        wrong = (
-            "the cycle cannot be solved for with its own sequence of modes: it stands at a "
-            "bifurcation, touches a change of modes, or has a contact that never slips and could "
-            "rest elsewhere. Start from one beside it: "
-        )
-        return first_point(self.curve, y, wrong)
+        return first_point(self.curve, y, f"{NOT_SOLVED}. Start from one beside it: ")
 
     def walk(self, start: CurvePoint) -> Generator[CurvePoint, None, WalkEnd]:
         """Yield points, as long as the section lies across the cycle."""

@@ -107,7 +107,7 @@ class Cycle(Result):
         Raises
         ------
         ValueError
-            No name, or an unknown one.
+            No name, or an unknown one; the cycle cannot be solved for with its own modes.
         """
         return np.array([Rates(self, name).period for name in self._checked(names)])
 
@@ -128,7 +128,7 @@ class Cycle(Result):
         Raises
         ------
         ValueError
-            No name, or an unknown one.
+            As `period_derivative`.
         """
         return cycle_rates(self, self._checked(names))
 

@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 
 TouchKind: TypeAlias = Literal["grazing", "limit", "landing", "tie"]
 
+NOT_SOLVED: Final = (
+    "the cycle cannot be solved for with its own sequence of modes: it stands at a bifurcation, "
+    "touches a change of modes, turns round only where modes change, or has a contact that never "
+    "slips and could rest elsewhere"
+)
 SIDES: Final = ((AT_UPPER_LIMIT, -1.0), (AT_LOWER_LIMIT, 1.0))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip import status as status_codes
 from stickslip.mechanics.cycle.mode_changes import (
+    NOT_SOLVED,
     beginning,
     converged,
     on_section,
@@ -93,7 +94,10 @@ class Rates:
     def __init__(self, cycle: Cycle, name: str) -> None:
         self.cycle = cycle
         self.shooting, self.unknowns = _with_its_events(cycle, name)
-        _, jacobian, self.shot = self.shooting(self.unknowns)
+        try:
+            _, jacobian, self.shot = self.shooting(self.unknowns)
+        except LeavesRegion as left:
+            raise ValueError(f"{NOT_SOLVED}.") from left
         self.rates = np.linalg.lstsq(jacobian[:, :-1], -jacobian[:, -1])[0]
 
     @property
