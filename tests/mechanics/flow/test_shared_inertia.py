@@ -384,3 +384,23 @@ def test_a_body_between_belts_of_nearly_one_velocity_rests_on_one_of_them() -> N
     motion = ss.simulate(model, [0.0], [1.0], t_end=5.0)
     assert motion.modes[-1].tolist() == [1, 0]  # kinetic friction 0.4 does not reach 0.8
     np.testing.assert_allclose(motion.friction(4.0), [-0.4, 0.4], rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", [11, 21, 42, 52])
+def test_a_contact_at_its_limit_to_rounding_slips_or_sticks_and_is_not_given_up(seed: int) -> None:
+    """Let go at F(0) = 1 it was taken back: its force is a sum of other terms once it slips."""
+    rng = np.random.default_rng(seed)
+    mass, weight = rng.uniform(0.5, 2.0, 2), rng.uniform(-1.0, 1.0)
+    across = ss.Contact(
+        at=[1.0, weight], friction=ss.Coulomb(mu=0.5), static=rng.uniform(0.3, 2.0), V=-0.2
+    )
+    belt = ss.Contact(at=0, friction=ss.PoppStelter(gamma=2.0), V=0.3)
+    model = ss.Structure(mass, [[2.0, -1.0], [-1.0, 2.0]], contacts=[belt, across])
+    v, x_2 = np.array([0.3, rng.uniform(-1.0, 1.0)]), rng.uniform(-0.5, 0.5)
+    # The belt has to carry 1 = 2 x_1 - x_2 and what the other contact pulls body 1 with.
+    pull = -0.5 * across.static * np.sign(v[0] + weight * v[1] + 0.2)
+    at_limit = 0.5 * (1.0 + x_2 + pull)
+    for step in range(-60, 61, 2):
+        start = [at_limit * (1.0 + step * np.finfo(float).eps), x_2]
+        motion = ss.simulate(model, start, v, t_end=0.05, record="events")
+        assert motion.status == ss.status.OK

@@ -362,8 +362,8 @@ def couple_series(system: BlockSystem, motion: BlockMotion, work: BlockWork, k: 
         if motion.mode[i] != 0 and k < ORDER:
             pull = total - row_coefficient(system, work, needed_row(motion, i), k)
             rounding = force_tolerance(motion, i) * max(joint.response[i, i], DEPENDENT)
-            if k == 0 and work.w[i, 0] == 0.0 and abs(pull) <= rounding:
-                pull = 0.0
+            if k == 0 and work.w[i, 0] == 0.0 and motion.mode[i] * pull <= rounding:
+                pull = 0.0  # as in `expand`; what goes against the slip is rounding
             work.w[i, k + 1] = pull / (system.mass[i] * (k + 1))
 
 

@@ -85,14 +85,16 @@ def couple(system: BlockSystem, motion: BlockMotion) -> None:
             size += abs(joint.response[i, j]) * terms
         own = joint.response[i, i]
         joint.pull[i] = total - joint.own[i]
-        motion.size[i] = size + joint.size[i]
+        size += joint.size[i]
         if joint.bears[i]:
             motion.e[i], joint.pull[i] = total, 0.0
         elif own > DEPENDENT:
             motion.e[i] = joint.drive[i] - joint.pull[i] / own
-            motion.size[i] /= own
+            size /= own
         else:
             motion.e[i] = joint.drive[i]
+        # Rounding is that of all modes tried since the state was reached.
+        motion.size[i] = max(motion.size[i], size)
         if abs(abs(motion.e[i]) - motion.limit[i]) <= force_tolerance(motion, i):
             motion.e[i] = math.copysign(motion.limit[i], motion.e[i])
 
@@ -206,7 +208,7 @@ def take_back(motion: BlockMotion) -> bool:
     for i in range(motion.mode.shape[0]):
         mode = motion.mode[i]
         if mode != STICK and motion.w[i] == 0.0:
-            rounding = force_tolerance(motion, i)
+            rounding = 2.0 * force_tolerance(motion, i)  # of this sum, and of that while it stuck
             if joint.response[i, i] <= DEPENDENT:  # others hold it
                 back = abs(joint.pull[i]) <= rounding
             else:
