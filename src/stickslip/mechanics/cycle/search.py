@@ -44,7 +44,6 @@ REACH: Final = 30.0 * CLOSE  # of the states' sizes: how far Newton's method may
 MAX_NEWTON: Final = 30
 CONVERGED: Final = 1e-13  # of the states' sizes
 ROUNDING: Final = 1e-9  # of the largest multiplier: one that belongs to the section
-MAX_ATTEMPTS: Final = 8
 WAIT: Final = 40  # periods of the slowest mode without a change of modes
 MAX_WAITS: Final = 50
 STILL: Final = 1e-9  # of the fastest rate: rates this small are those of free turning
@@ -166,18 +165,15 @@ class _Search:
         time: str,
     ) -> Cycle:
         """Return the first cycle that Newton's method comes to from close returns."""
-        attempts, closest = 0, math.inf
-        for steps, back, distance in returns:
-            closest = min(closest, distance)
-            if attempts >= MAX_ATTEMPTS and distance > SETTLED:
-                continue
-            attempts += 1
+        closest = math.inf
+        for steps, back, closest in returns:  # each ten times closer: seven at most
             found = converged(back, steps)
             if found is not None:
                 return found
-            if distance <= SETTLED:
+            if closest <= SETTLED:
                 break
-        seen = f": the motion came back to within {closest:.1g} of its size" if attempts else ""
+        back_to = f": the motion came back to within {closest:.1g} of its size"
+        seen = back_to if closest < CLOSE else ""
         raise NoCycleError(
             f" in {time}{seen}. Start closer to one, or raise max_events; one of more than "
             f"{HISTORY} of them is not looked for."
