@@ -263,3 +263,16 @@ def test_long_tables_are_cut():
     table = Table({"number": np.arange(SHOWN + 3)})
     assert repr(table).endswith("\n... 3 more rows")
     assert "<p>... 3 more rows</p>" in table.as_html()
+
+
+def test_columns_of_text_do_not_run_together_however_long_the_numbers():
+    small = ss.PiecewiseMap(
+        lambda x: np.where(x < 1e-90 / 3, -1.23456789012345 * x, 0.5 * x - 1.23456789012345e-91),
+        (-1e-90, 1e-90),
+        breakpoints=[1e-90 / 3],
+    )
+    result = ss.event_map(ss.examples.coulomb()).evaluate([0.1, -0.2])
+    longest = dataclasses.replace(result, value=-result.value * 1e-300, derivative=[-1e300] * 2)
+    for found, columns in ((ss.branches(small), 5), (ss.breakpoints(small), 6), (longest, 5)):
+        first = repr(found).splitlines()[2]
+        assert len(first.split()) == columns, first

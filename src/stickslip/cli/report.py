@@ -15,7 +15,7 @@ from stickslip.analysis.attractors.attractor import AttractorND
 from stickslip.analysis.bifurcations.bifurcation import place
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, multipliers_text
 from stickslip.files import plain
-from stickslip.results.table import listed
+from stickslip.results.table import aligned, listed
 from stickslip.studies.claim import digits, table, with_error
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ class Report:
         lines = [*([self.title] if self.title else []), _headline(found)]
         lines += [f"  {line}" for line in _searched(found, complete=self.complete)]
         if len(found):
-            lines += ["", *_columns([_HEAD, *(_row(item) for item in found)])]
+            lines += ["", *aligned([_HEAD, *map(_row, found)], "<" * len(_HEAD))]
         for number, item in enumerate(found, start=1):
             lines += ["", f"{number}. {_name(item)} at {_where(item)}"]
             width = max(len(label) for label, _ in _facts(item))
@@ -337,13 +337,3 @@ def _cascade(cascade: Cascade) -> str:
     if math.isfinite(cascade.accumulation):
         text += f", accumulating at {with_error(cascade.accumulation, cascade.error)}"
     return f"{text}; ratios of the gaps {ratios}" if ratios else text
-
-
-# ---------------------------------------------------------------- layout
-
-
-def _columns(rows: list[tuple[str, ...]]) -> Iterator[str]:
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    for row in rows:
-        cells = (f"{cell:{width}s}" for cell, width in zip(row, widths, strict=True))
-        yield "  ".join(cells).rstrip()

@@ -73,16 +73,9 @@ class Table(Mapping[str, Column]):
 
     def __repr__(self) -> str:
         """Return the first rows."""
-        cells = [[name, *self._texts(name)] for name in self]
-        numbers = [self[name].dtype.kind in "fiu" for name in self]
-        widths = [max(map(len, column)) for column in cells]
-        lines = [
-            "  ".join(
-                cell.rjust(width) if number else cell.ljust(width)
-                for cell, width, number in zip(row, widths, numbers, strict=True)
-            ).rstrip()
-            for row in zip(*cells, strict=True)
-        ]
+        rows = zip(*([name, *self._texts(name)] for name in self), strict=True)
+        sides = (">" if self[name].dtype.kind in "fiu" else "<" for name in self)
+        lines = aligned(rows, "".join(sides))
         return "\n".join([*lines, *self._more])
 
     def _repr_html_(self) -> str:
@@ -108,6 +101,16 @@ class Table(Mapping[str, Column]):
     def _more(self) -> list[str]:
         hidden = self.n_rows - SHOWN
         return [f"... {hidden} more rows"] if hidden > 0 else []
+
+
+def aligned(rows: Iterable[Iterable[str]], sides: str) -> list[str]:
+    """Lines of texts in columns as wide as their longest, each against its side, ``<`` or ``>``."""
+    cells = [list(row) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return [
+        "  ".join(f"{c:{s}{w}s}" for c, s, w in zip(row, sides, widths, strict=True)).rstrip()
+        for row in cells
+    ]
 
 
 def more(n: int, shown: int = SHOWN) -> list[str]:

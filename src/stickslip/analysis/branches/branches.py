@@ -12,7 +12,7 @@ from stickslip.analysis.maps.protocol import Map1D, Modelled, explanation
 from stickslip.checks import one_of
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import ResultList
-from stickslip.results.table import SHOWN, more
+from stickslip.results.table import SHOWN, aligned, more
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ class BreakpointList(ResultList[Breakpoint]):
         lines = [
             f"BreakpointList: {len(serious)} breakpoints, {len(smooth)} harmless changes of "
             f"label, complete above {self.resolution:.2g}",
-            "                   d          f(d-)          f(d+)      f'(d-)      f'(d+)  kind",
         ]
-        lines += [_row(item) for item in serious[:SHOWN]]
+        head = ("d", "f(d-)", "f(d+)", "f'(d-)", "f'(d+)", "kind", "")
+        lines += aligned([head, *map(_row, serious[:SHOWN])], ">>>>><<")
         lines += more(len(serious))
         if smooth:
             places = ", ".join(f"{item.d:.12g}" for item in smooth[:SHOWN])
@@ -62,10 +62,10 @@ class BreakpointList(ResultList[Breakpoint]):
         return "\n".join(lines)
 
 
-def _row(item: Breakpoint) -> str:
-    values = f"{item.d:20.15g}{item.left:15.10g}{item.right:15.10g}"
-    slopes = f"{item.left_slope:12.6g}{item.right_slope:12.6g}"
-    return f"{values}{slopes}  {item.kind:6s}  {item.mechanism}".rstrip()
+def _row(item: Breakpoint) -> tuple[str, ...]:
+    values = (f"{item.d:.15g}", f"{item.left:.10g}", f"{item.right:.10g}")
+    slopes = (f"{item.left_slope:.6g}", f"{item.right_slope:.6g}")
+    return (*values, *slopes, item.kind, item.mechanism)
 
 
 @waits

@@ -34,7 +34,7 @@ from stickslip.checks import finite_number
 from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.processes import travels
 from stickslip.results.result import ResultList, ResultRow
-from stickslip.results.table import SHOWN, more
+from stickslip.results.table import SHOWN, aligned, more
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Discontinuities
@@ -125,13 +125,13 @@ class BranchTable(ResultList[Branch]):
         lines = [
             f"BranchTable: {len(self)} branches, {len(self.laps)} laps, complete above "
             f"{self.resolution:.2g}",
-            "            left           right            f(left+)       f(right-)  label",
         ]
-        lines += [
-            f"{b.left:16.10g}{b.right:16.10g}{b.value_left:20.10g}{b.value_right:16.10g}  "
-            f"{self.text(b.label)}"
+        g = "{:.10g}".format
+        rows = [
+            (g(b.left), g(b.right), g(b.value_left), g(b.value_right), self.text(b.label))
             for b in self.branches[:SHOWN]
         ]
+        lines += aligned([("left", "right", "f(left+)", "f(right-)", "label"), *rows], ">>>><")
         lines += more(len(self))
         lines += [f"  gap: no value in ({lo:.12g}, {hi:.12g})" for lo, hi in self.gaps[:SHOWN]]
         lines += [f"  unresolved: {item}" for item in self.unresolved[:SHOWN]]

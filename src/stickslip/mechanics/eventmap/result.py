@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stickslip import status as status_codes
 from stickslip.numerics.arrays import Floats
 from stickslip.results.result import Result
-from stickslip.results.table import numbered
+from stickslip.results.table import aligned, listed, numbered
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,22 +71,21 @@ class EventMapResult(Result):
     def _rows(self, n: int) -> list[str]:
         """Lines of the first motions; of many blocks the differences and the largest slope."""
         value, slope = (np.reshape(field, (n, -1))[:8] for field in (self.value, self.derivative))
-        others = (self.duration, self.n_events, self.margin)
-        rest = zip(*(np.atleast_1d(field).ravel()[:8] for field in others), strict=True)
-        if value.shape[1] == 1:
-            head = "       value  derivative    duration  events    margin"
-            cells = [f"{v[0]:12.8g}{s[0]:12.5g}" for v, s in zip(value, slope, strict=True)]
-        else:
-            head = "  max |slope|    duration  events    margin  value"
-            cells = [f"{np.abs(s).max():13.5g}" for s in slope]
-        lines = [
-            f"{cell}{t:12.6g}{k:8d}{m:10.2g}" for cell, (t, k, m) in zip(cells, rest, strict=True)
+        facts = (self.duration, self.n_events, self.margin)
+        formats = ("{:.6g}", "{:d}", "{:.2g}")
+        rest = [
+            [text.format(x) for x in np.atleast_1d(fact).ravel()[:8]]
+            for fact, text in zip(facts, formats, strict=True)
         ]
-        if value.shape[1] > 1:
-            shown = (", ".join(f"{x:.8g}" for x in row[:4]) for row in value)
-            more = ", ..." if value.shape[1] > 4 else ""
-            lines = [f"{line}  {text}{more}" for line, text in zip(lines, shown, strict=True)]
-        return [head, *lines]
+        head = ("duration", "events", "margin")
+        values = [listed((f"{x:.8g}" for x in row), 4) for row in value]
+        if value.shape[1] == 1:
+            slopes = [f"{s:.5g}" for s in slope[:, 0]]
+            rows = zip(values, slopes, *rest, strict=True)
+            return aligned([("value", "derivative", *head), *rows], ">>>>>")
+        slopes = [f"{s:.5g}" for s in np.abs(slope).max(axis=1)]
+        rows = zip(slopes, *rest, values, strict=True)
+        return aligned([("max |slope|", *head, "value"), *rows], ">>>><")
 
     def _columns(self) -> dict[str, Any]:
         facts = ("duration", "n_events", "label", "margin", "status")
