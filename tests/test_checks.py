@@ -47,11 +47,19 @@ def test_what_arrived_is_shown_in_few_characters(kind):
     assert len(shown(value)) < LONGEST + 20
     assert len(did_you_mean(value, ["alpha"])) < 30
     for check in (finite_number, whole_number, real_numbers, grid):
-        if kind == "longdouble" and check is real_numbers:
+        if kind in ("digits", "fraction", "longdouble") and check is real_numbers:
             continue  # infinite as a float, which may be
         with pytest.raises(ValueError, match="spam") as error:
             check("spam", value)
         assert len(str(error.value)) < 300
+
+
+def test_numbers_beyond_all_floats_are_infinite():
+    given = [10**400, -(10**400), Fraction(10**400, 3), 1]
+    assert real_numbers("x", given).tolist() == [np.inf, -np.inf, np.inf, 1.0]
+    assert real_numbers("x", -(10**400)) == -np.inf
+    with pytest.raises(ValueError, match=r"d\[1\] = inf is outside"):
+        ss.event_map(ss.examples.coulomb())([0.1, 10**400])
 
 
 def test_a_number_of_a_grid_is_told_with_the_grid_s_name():

@@ -53,16 +53,20 @@ def finite_number(
             f"{name} = {shown(value).removesuffix(kind)}{kind}{whose} is not a real number: "
             f"{name} must be {allowed}. Give one number, not an array or text."
         )
-    try:
-        number = float(value)
-    except OverflowError:
-        number = inf
+    number = _float(value)
     if isfinite(number) and number > above and at_least <= number <= at_most:
         return number + 0.0  # no negative zero
     given = str(value) if hasattr(value, "dtype") else shown(value)
     sentences = [why, remedy or f"Give {name} a value in that range."]
     told = " ".join(filter(None, sentences))
     raise ValueError(f"{name} = {given}{whose} is not allowed: {name} must be {allowed}. {told}")
+
+
+def _float(value: Any) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return inf if value > 0 else -inf
 
 
 def _range(name: str, above: float, at_least: float, at_most: float) -> str:
@@ -109,8 +113,8 @@ def real_numbers(name: str, values: object) -> Floats:
         array = np.asarray(values)
         if array.dtype.kind == "O":  # fractions and the like; what is no number fails here
             refused = [item for item in array.flat if not isinstance(item, Real)]
-            array = array if refused else array.astype(np.float64)
-    except (TypeError, ValueError, OverflowError) as reason:
+            array = array if refused else np.array(np.frompyfunc(_float, 1, 1)(array), np.float64)
+    except (TypeError, ValueError) as reason:
         raise ValueError(_no_numbers(name, values)) from reason
     masked = isinstance(values, np.ndarray) and np.ma.is_masked(values)  # np.ma takes time to load
     if array.dtype.kind not in "iuf" or masked:

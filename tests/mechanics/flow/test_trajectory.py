@@ -145,6 +145,13 @@ def test_energy_is_balanced_and_friction_only_takes(motion):
     assert energy.belt_work[0] == energy.dissipation[0] == 0.0
 
 
+def test_energies_beyond_all_floats_are_infinite():
+    motion = ss.simulate(ss.examples.coulomb().replace(V=1e300), d=0.1, t_end=1.0)
+    energy = motion.energy([0.0, motion.t[-1]])
+    assert np.isposinf(energy.kinetic).all()
+    assert not np.isfinite(energy.balance).any()
+
+
 @settings(max_examples=40)
 @given(motion=motions(COULOMB, LAW_9))
 def test_state_is_continuous_at_events(motion):

@@ -78,6 +78,7 @@ class Energy(Result):
     _drawn: ClassVar = _column_names
 
     @property
+    @np.errstate(invalid="ignore")  # infinite energies have no difference
     def balance(self) -> Floats:
         """Kinetic and elastic energy less the work put in, plus what friction and dampers took."""
         put_in = self.belt_work + self.forcing_work
@@ -213,6 +214,7 @@ class Trajectory(Result):
         """Force that each block needs in order to ride, shape (..., N), units of f_s1; as `x`."""
         return self._state(t)[3]
 
+    @np.errstate(over="ignore", invalid="ignore")  # speeds have squares beyond all floats
     def energy(self, t: ArrayLike) -> Energy:
         """Energy at given times, with the work done since the start; times as in `x`."""
         times = self._checked(t)
