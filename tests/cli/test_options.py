@@ -319,8 +319,8 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
             "(alpha=1.2, beta=1.3, eq. 6a).\n",
         ),
         (
-            "diagram --preset coulomb --parameter V --range -0.1 0.1 --out a.svg --values 5",
-            "V = -0.1 of the grid is not allowed",
+            "diagram --preset coulomb --parameter V --range 0.1 11 --out a.svg --values 5",
+            "V = 11.0 of the grid is not allowed: V must be a finite number, 0 < V <= 10. ",
         ),
         (
             "diagram --preset coulomb --parameter V --range 0.03 0.04 --window nan 1 --out a.svg",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
 from typing import TYPE_CHECKING, Any
 
 from stickslip.analysis.maps.protocol import FamilyND, Floats, Map1D, MapFamily, MapND, Modelled
@@ -95,8 +94,8 @@ def checked_range(
 def check_values(f: MapFamily | FamilyND, name: str, values: Iterable[float], role: str) -> None:
     """Refuse values of a parameter that a map cannot have, or that searches do not go to."""
     checked_parameter(f, name)
-    widest = getattr(f, "searched", {}).get(name, (-inf, inf))
+    widest = getattr(f, "searched", {}).get(name, {})
     why = "Beyond that, motions hardly ever come back to global stick, or take very long."
     for value in values:
-        finite_number(name, value, at_least=widest[0], at_most=widest[1], of=f"the {role}", why=why)
         f.replace(**{name: value})
+        finite_number(name, value, **widest, of=f"the {role}", why=why)

@@ -428,8 +428,8 @@ class EventMap(GlobalStickMap, LineMap):
         return self._low, self._high
 
     @property
-    def searched(self) -> dict[str, tuple[float, float]]:
-        """Ranges of parameters within which bifurcations and diagrams are searched for."""
+    def searched(self) -> dict[str, dict[str, float]]:
+        """Ranges of parameters in which bifurcations are searched for, as for `finite_number`."""
         # In units of block 1 and the slowest mode.
         s = self.model.plant
         slowest = math.sqrt(np.linalg.eigvals(s.stiffness / s.mass[:, None]).real.min())
@@ -437,10 +437,10 @@ class EventMap(GlobalStickMap, LineMap):
         speed, damper = (float(f"{x:.6g}") for x in (10 * s.static[0] / impedance, 50 * impedance))
         dampers = [name for name in self.parameters if name.startswith("damping_")]
         return {
-            "alpha": (0.0, 1e6),
-            "V": (0.0, speed),
-            "damping": (0.0, damper),
-            **dict.fromkeys(dampers, (-damper, damper)),
+            "alpha": {"at_least": 0.0, "at_most": 1e6},
+            "V": {"above": 0.0, "at_most": speed},
+            "damping": {"at_least": 0.0, "at_most": damper},
+            **dict.fromkeys(dampers, {"at_least": -damper, "at_most": damper}),
         }
 
     def explain_break(self, left: float, right: float) -> Mechanism:
