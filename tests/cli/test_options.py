@@ -118,6 +118,11 @@ def test_laws_of_each_block_take_their_numbers():
         (f"{NUMBERS} --friction {TEXT}", "needs a value for a: write ', a=...' behind it"),
         (f"{NUMBERS} --friction {TEXT} -p b=3", "needs a value for a"),
         (f"{NUMBERS} --friction {TEXT} -p a=3 -p b=3", "TwoBlock has no parameter 'b'. Known: alp"),
+        (
+            "--preset coulomb -p friction=3",
+            "'friction'. Known: alpha, beta, V, mu, viscous, dam",
+        ),
+        ("--preset coulomb -p units=3", "-p: TwoBlock has no parameter 'units'. Known: alpha"),
         (f"{NUMBERS} --friction {TEXT} -p a", "-p a: NAME=VALUE is needed"),
         (f"{NUMBERS} --friction {TEXT} -p a=x", "-p a=x: NAME=VALUE is needed"),
         (f"{NUMBERS} --friction {TEXT} -p =3", "-p =3: NAME=VALUE is needed"),

@@ -144,6 +144,12 @@ class ModelOptions:
                     "give them, or start from --model FILE, --preset coulomb or --preset law9"
                 )
             model = ss.TwoBlock(**given)
+        if unknown := [name for name in numbers if name not in model.replaceable]:
+            from stickslip.checks import shown
+            from stickslip.vocabulary import did_you_mean
+
+            told = f"-p: {type(model).__name__} has no parameter {shown(unknown[0])}"
+            raise UsageError(f"{told}. {did_you_mean(unknown[0], model.replaceable)}")
         return model.replace(**numbers) if numbers else model
 
     def _base(self) -> Model | None:

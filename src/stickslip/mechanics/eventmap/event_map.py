@@ -440,7 +440,7 @@ class EventMap(GlobalStickMap, LineMap):
             "alpha": {"at_least": 0.0, "at_most": 1e6},
             "V": {"above": 0.0, "at_most": speed},
             "damping": {"at_least": 0.0, "at_most": damper},
-            **dict.fromkeys(dampers, {"at_least": -damper, "at_most": damper}),
+            **{name: {"at_least": -damper, "at_most": damper} for name in dampers},
         }
 
     def explain_break(self, left: float, right: float) -> Mechanism:

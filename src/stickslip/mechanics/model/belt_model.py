@@ -251,6 +251,13 @@ class BeltModel(ABC):
             )
         return {**numbers, **friction, **self._wave_numbers}
 
+    @property
+    def replaceable(self) -> tuple[str, ...]:
+        """Names for which `replace` takes a number, those not shown while they are 0 included."""
+        own = (name for name, value in self._arguments.items() if isinstance(value, float))
+        laws = owners_of(self.friction, self.n_blocks, hidden=True)
+        return tuple(dict.fromkeys([*self.numbers, *self._wave_numbers, *laws, *own]))
+
     def replace(self, **changes: Any) -> Self:
         """Make a changed copy, by parameter name.
 
