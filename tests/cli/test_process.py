@@ -302,6 +302,14 @@ def test_messages_that_nobody_reads_stop_no_work(place):
 
 
 @SHELL
+def test_letters_that_the_standard_output_has_not_are_escaped(tmp_path):
+    command = f"{DOCTOR} map --preset coulomb -d 0.1 --out {tmp_path}/\N{SNOWMAN}.csv"
+    done = in_shell(f"PYTHONIOENCODING=ascii {command}")
+    assert (done.returncode, done.stdout) == (0, f"{tmp_path}/\\u2603.csv\n")
+    assert (tmp_path / "\N{SNOWMAN}.csv").exists()
+
+
+@SHELL
 def test_errors_as_json_on_a_closed_stdout_are_told_on_stderr():
     done = in_shell(f"{DOCTOR} map --alhpa 1 --json >&-")
     assert done.returncode == 2

@@ -551,6 +551,13 @@ def test_long_compilation_is_announced_on_stderr_only(tmp_path):
     assert second.stderr == ""
 
 
+def test_a_quiet_program_says_nothing_of_its_kernels(monkeypatch, capsys):
+    monkeypatch.setattr(kernel_cache, "_told", set())
+    monkeypatch.setattr(waiting.WATCH, "quiet", True)
+    kernel_cache.tell("compiling", "compiling kernels, some seconds")
+    assert capsys.readouterr().err == ""
+
+
 def test_a_long_compilation_says_how_many_kernels_are_ready(tmp_path):
     code = """
         import logging

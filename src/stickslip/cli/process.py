@@ -240,6 +240,8 @@ def _open_closed_streams() -> None:
             os.open(os.devnull, mode)  # takes the lowest number that is free
     if sys.stdout is None:
         sys.stdout = open(1, "w", encoding="utf-8", closefd=False)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may have letters that it has not
+        sys.stdout.reconfigure(errors="backslashreplace")
     inner = open(2, "wb", closefd=False) if sys.stderr is None else sys.stderr.buffer
     sys.stderr = _Forgiving(inner, "utf-8", "backslashreplace", line_buffering=True)
 

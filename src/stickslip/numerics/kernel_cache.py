@@ -30,6 +30,7 @@ from numba.core import caching, compiler
 from numba.core.serialize import dumps
 
 from stickslip.files import undone_unless_finished
+from stickslip.numerics.waiting import WATCH
 
 fcntl: Any
 try:
@@ -301,7 +302,7 @@ def kept_code(name: str) -> bytes | None:
 
 def tell(what: str, text: str) -> None:
     """Say something about the cache on stderr, once; compiling goes with either of the others."""
-    if what not in _told and not (what == "compiling" and _told):
+    if not WATCH.quiet and what not in _told and not (what == "compiling" and _told):
         _told.add(what)
         print(f"stickslip: {text}", file=sys.stderr, flush=True)
 
