@@ -59,6 +59,7 @@ CALLS = {
     "spectra along a parameter": lambda **how: ss.lyapunov_spectra(
         henon(1.0), "a", [1.3, 1.4], [0.1, 0.1], 600, **how
     ),
+    "a motion": lambda **how: ss.simulate(ss.examples.coulomb(), d=0.1, t_end=50, **how),
     "an orbit": orbit_curve,
     "a bifurcation": plane_curve,
 }

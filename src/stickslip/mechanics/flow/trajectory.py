@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Literal, NamedTuple
@@ -12,7 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import status as status_codes
-from stickslip.checks import finite_number, flag, one_of, real_numbers, shown, whole_number
+from stickslip.checks import (
+    check_callback,
+    finite_number,
+    flag,
+    one_of,
+    real_numbers,
+    shown,
+    whole_number,
+)
 from stickslip.mechanics.flow.engine import EngineName, block_engine, engine_for, tolerance
 from stickslip.mechanics.flow.recorder import (
     BlocksRecorder,
@@ -400,6 +409,7 @@ def simulate(
     rtol: float = 1e-15,
     max_events: int = 100_000,
     engine: EngineName = "auto",
+    progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Follow a motion in time.
 
@@ -424,6 +434,8 @@ def simulate(
         The trajectory ends there with the status EVENT_LIMIT. Without `t_end` it also ends
         where it is proved that no block sticks again (NEVER_SLIPPING).
     engine : {"auto", "exact", "adaptive"}
+    progress : callable, optional
+        Called with the share of `t_end` that is reached.
 
     Returns
     -------
@@ -450,9 +462,12 @@ def simulate(
     max_events = whole_number("max_events", max_events, what="changes of mode of one trajectory")
     recorder = recorder_for(model, engine, rtol=tolerance(rtol), dense=record == "motion")
     origin = start(recorder, model, x, v, d)
-    status = recorder.run(end, max_events, until_stick=until == "stick")
+    check_callback("progress", progress, "the share of the time that is reached")
+    for _ in recorder.follow(end, max_events, until_stick=until == "stick"):
+        if progress is not None and t_end:
+            progress(recorder.t / end)
     phases = np.array(recorder.d, dtype=np.float64).reshape(len(recorder.d), *model.d_shape)
-    return Trajectory(model, recorder.finish(), phases, status, origin)
+    return Trajectory(model, recorder.finish(), phases, recorder.status, origin)
 
 
 def end_time(t_end: float) -> float:
