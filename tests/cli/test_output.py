@@ -4,13 +4,14 @@ import io
 import json
 import os
 import stat
+import sys
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 from stickslip.cli import main
-from stickslip.cli.output import Spoken, document, error_document, new_files, new_folder
+from stickslip.cli.output import Spoken, document, error_document, new_files, new_folder, show_table
 from stickslip.cli.process import REFUSED, RefusalError, UsageError
 from stickslip.files import write_csv
 
@@ -224,3 +225,13 @@ def test_csv_writes_lists_into_one_cell_and_nothing_for_none():
         "0.30000000000000004 1.0,,1.0",
         ",2,1.0",
     ]
+
+
+@pytest.mark.parametrize("width", [10, 40, 60, 200])
+def test_no_terminal_is_too_narrow_for_a_number(width, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    columns = {"left": [-0.676471, 0.5], "right": [0.123456e-17, 1.0], "cause": ["end of it"] * 2}
+    show_table(columns)
+    told = capsys.readouterr().out
+    assert all(number in told for number in ("-0.676471", "1.23456e-18", "0.5", "left", "right"))

@@ -113,18 +113,27 @@ def show_table(columns: Mapping[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from stickslip.results.table import aligned
+
     shown = {name: as_list(columns[name]) for name in columns if name not in MACHINE_ONLY}
+    names = [name.removesuffix("_name") for name in shown]
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name, cells in shown.items():
+    for name, cells in zip(names, shown.values(), strict=True):
         text = any(isinstance(cell, str) for cell in cells)
         table.add_column(
-            name.removesuffix("_name"), justify="left" if text else "right", overflow="fold"
+            name, justify="left" if text else "right", overflow="fold", no_wrap=not text
         )
     rows = list(zip(*shown.values(), strict=True))
-    for row in rows[:TABLE_ROWS]:
-        table.add_row(*(str(flat(cell, "{:.6g}".format)) for cell in row))
+    told = [[str(flat(cell, "{:.6g}".format)) for cell in row] for row in rows[:TABLE_ROWS]]
+    for row in told:
+        table.add_row(*row)
     console = Console(highlight=False)
-    console.print(table)
+    unbounded = console.options.update(width=sys.maxsize)
+    if not told or console.measure(table, options=unbounded).minimum <= console.width:
+        console.print(table)
+    else:  # a row below the other: numbers in pieces cannot be read
+        blocks = ("\n".join(aligned(zip(names, row, strict=True), "<<")) for row in told)
+        print("\n\n".join(blocks))
     if len(rows) > TABLE_ROWS:
         console.print(f"... {len(rows) - TABLE_ROWS} more rows; a pipe or a file gets all")
 
