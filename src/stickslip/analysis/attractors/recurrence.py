@@ -189,7 +189,7 @@ def attracts(f: Map1D, cycle: Cycle) -> bool:
 
 
 def _turns_that_tell(cycle: Cycle) -> int:
-    """Turns after which a captured orbit is much closer to the cycle than to a twin of it."""
+    """Return the turns that bring a captured orbit much closer to the cycle than to a twin."""
     return min(int(np.ceil(np.log(TWIN) / np.log(_share_left(cycle)))), MAX_TURNS)
 
 
