@@ -793,6 +793,18 @@ def test_a_flip_on_a_branch_narrower_than_a_difference_of_slopes() -> None:
     assert found.unresolved == ()
 
 
+def test_a_branch_that_becomes_too_narrow_between_two_jumps_is_no_collision() -> None:
+    # The two jumps at its ends and the one that is left have branches of one label on their left.
+    model = ss.TwoBlock(
+        alpha=3.771239277838237,
+        beta=1.5708,
+        V=0.00669498711735279,
+        friction=ss.PoppStelter(gamma=0.6960060752778576, delta=0.3030360978963351),
+    )
+    found = ss.bifurcations(model, "beta", (1.54084, 1.54086), max_period=3)
+    assert len(found) == len(found.unresolved) == 0
+
+
 @pytest.mark.parametrize(
     ("bend", "shift", "ends"), [(1e10, 0.0, (-0.7, 1.0)), (1e10, 1.0, (-5e-6, 7e-6))]
 )

@@ -10,7 +10,7 @@ from bisect import bisect
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -21,11 +21,13 @@ from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, 
 from stickslip.analysis.branches.mesh import finest
 from stickslip.analysis.branches.pieces import returning
 from stickslip.analysis.branches.table import BranchTable, branch_table
-from stickslip.analysis.maps.protocol import EXACT, Floats, Indices, MapFamily, sample
+from stickslip.analysis.maps.protocol import EXACT, Indices, MapFamily, sample
 from stickslip.status import OK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Set
+
+    from numpy.typing import NDArray
 
     from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -45,6 +47,11 @@ class BreakImages:
     side: int  # from which side the first image is taken
     word: tuple[int, ...]  # classes of the branches of the images
     off: tuple[float, ...]  # of each image, and of the next one, from the break
+
+    @property
+    def place(self) -> complex:
+        """Of this end of a branch in the plane of x and f(x) - x: breaks may be beside others."""
+        return complex(self.border.x, *self.off[:1])
 
 
 def images_of_breaks(
@@ -80,8 +87,11 @@ def starts_of_branches(table: BranchTable, classes: SymbolClasses) -> Starts:
     return found
 
 
-def same_places(one: Floats, other: Floats) -> tuple[Indices, Indices]:
-    """Pair ascending places: in order, or those nearest to each other where some were born."""
+def same_places(one: NDArray[Any], other: NDArray[Any]) -> tuple[Indices, Indices]:
+    """Pair ascending places: in order, or those nearest to each other where some were born.
+
+    Real, or complex: points of the plane.
+    """
     first = np.arange(len(one))
     if len(one) == len(other):
         return first, first
@@ -104,7 +114,7 @@ def _renamed(
             for names in (found, known)
         )
         places = [
-            np.array([names[name].border.x for name in own])
+            np.array([names[name].place for name in own], dtype=np.complex128)
             for names, own in ((found, here), (known, there))
         ]
         pairs = dict(zip(*(k.tolist() for k in same_places(*places)), strict=True))
