@@ -356,3 +356,24 @@ def test_a_plateau_on_the_way_of_a_cycle(plateau, undecided):
     found = basins(f, n_samples=64)
     assert (len(found.attractors), found.undecided) == (1, undecided)
     assert found.share(0) == 1.0 - undecided
+
+
+def test_an_interval_that_maps_into_itself_is_no_trap_if_another_cycle_is_inside():
+    middle, wide = 0.013, 1e-4
+
+    def bump(x):
+        return 0.5 * middle * np.exp(-(((x - middle) / wide) ** 2))
+
+    f = PiecewiseMap(
+        lambda x: 0.5 * x + bump(x),
+        (-1, 1),
+        derivative=lambda x: 0.5 - 2 * (x - middle) / wide**2 * bump(x),
+        breakpoints=[middle - 4 * wide, middle + 4 * wide],
+    )
+    found = basins(f)
+    x = np.random.default_rng(0).uniform(middle - 2 * wide, middle + 2 * wide, 10_000)
+    own = np.abs(f.iterate(x, 200)[:, -1] - middle) < wide
+    low, high = x[own].min(), x[own].max()
+    assert found.undecided == 0
+    (inner,) = np.flatnonzero((found.edges[:-1] < middle) & (found.edges[1:] > middle))
+    assert found.edges[inner : inner + 2] == pytest.approx([low, high], abs=1e-7)

@@ -12,7 +12,13 @@ import numpy as np
 
 from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED
-from stickslip.analysis.attractors.recurrence import Cycle, capture_radius, confirmed
+from stickslip.analysis.attractors.recurrence import (
+    Cycle,
+    capture_radius,
+    confirmed,
+    share_left,
+    turns_that_tell,
+)
 from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.maps.protocol import EXACT, SAME, advance, domain_width, values_and_slopes
 from stickslip.results.parts import part
@@ -137,13 +143,28 @@ def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:
     while radius > EXACT * (high - low):
         start = np.array([[max(centre - radius, low), min(centre + radius, high)]])
         images = _images(f, table, start, cycle.period)
-        if images is not None:
-            last = images[-1]
-            if last[0, 0] >= start[0, 0] and last[0, 1] <= start[0, 1]:
-                trap = merged(np.concatenate([start, *images[:-1]]), 0.0)
-                return _grown(f, table, cycle, trap[trap[:, 0] < trap[:, 1]])
+        if images is not None and _shrinks(f, table, cycle, start, images[-1]):
+            trap = merged(np.concatenate([start, *images[:-1]]), 0.0)
+            return _grown(f, table, cycle, trap[trap[:, 0] < trap[:, 1]])
         radius *= 0.5
     return nothing
+
+
+def _shrinks(f: Map1D, table: Laps, cycle: Cycle, start: Floats, after: Floats) -> bool:
+    """Tell whether all of an interval is drawn to a cycle, one turn after another."""
+    # What is mapped into itself alone may hold another attractor.
+    if after[0, 0] < start[0, 0] or after[0, 1] > start[0, 1]:
+        return False
+    turns = turns_that_tell(cycle)
+    least = share_left(cycle) ** turns * np.ptp(start) + SAME * domain_width(f)
+    for _ in range(turns - 1):
+        if np.ptp(after) <= least:
+            break
+        images = _images(f, table, after, cycle.period)
+        if images is None:
+            return False
+        after = images[-1]
+    return bool(np.ptp(after) <= least)
 
 
 def _grown(f: Map1D, table: Laps, cycle: Cycle, trap: Floats) -> Floats:

@@ -162,7 +162,7 @@ def _newton(f: Map1D, start: Floats, trust_radius: float) -> Cycle | None:
 def capture_radius(f: Map1D, cycle: Cycle) -> float:
     """Distance from ``cycle.points[0]`` inside which eight points were seen to come closer."""
     # One turn also brings points closer that end on a twin of the cycle beside it.
-    turns = _turns_that_tell(cycle)
+    turns = turns_that_tell(cycle)
     shares = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
     # Beside another point of the cycle orbits go on to that one.
     apart = np.min(np.abs(cycle.points[1:] - cycle.points[0]), initial=np.inf)
@@ -174,11 +174,11 @@ def drawn_in(tails: Floats, cycle: Cycle, centre: float, radius: float) -> Bools
     """Tell which orbits have come within a capture radius, and closer turn by turn before that."""
     # Another attractor may pass as near, in a window too narrow for points that were tried.
     n, period = tails.shape[1], cycle.period
-    turns = min((n - 1) // period, _turns_that_tell(cycle))
+    turns = max(min(n // period - 1, turns_that_tell(cycle)), 0)
     off = np.abs(tails[:, -period:] - centre)
     nearest = np.arange(len(tails)), off.argmin(axis=1)
     before = np.abs(tails[:, max(n - (turns + 1) * period, 0) :] - centre)[nearest]
-    allowed = _share_left(cycle) ** turns * before + SETTLED * radius
+    allowed = share_left(cycle) ** turns * before + SETTLED * radius
     return np.asarray(off[nearest] <= np.minimum(allowed, radius))
 
 
@@ -188,12 +188,12 @@ def attracts(f: Map1D, cycle: Cycle) -> bool:
     return cycle.stable and _radius_of_approach(f, cycle, TWIN, sides, turns=2) > 0.0
 
 
-def _turns_that_tell(cycle: Cycle) -> int:
-    """Return the turns that bring a captured orbit much closer to the cycle than to a twin."""
-    return min(int(np.ceil(np.log(TWIN) / np.log(_share_left(cycle)))), MAX_TURNS)
+def turns_that_tell(cycle: Cycle) -> int:
+    """Return the turns that bring a captured orbit much closer to a stable cycle than a twin is."""
+    return min(int(np.ceil(np.log(TWIN) / np.log(share_left(cycle)))), MAX_TURNS)
 
 
-def _share_left(cycle: Cycle) -> float:
+def share_left(cycle: Cycle) -> float:
     """Share of a distance that a turn may leave: between the multiplier and one."""
     return 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
 
@@ -209,7 +209,7 @@ def _radius_of_approach(
         radii = radius * 0.5 ** np.arange(together)
         trial = np.clip(centre + radii[:, None] * shares, low, high)
         last = advance(f, trial.ravel(), turns * cycle.period)[:, -1].reshape(trial.shape)
-        allowed = _share_left(cycle) ** turns * np.abs(trial - centre) + ROUNDING * width
+        allowed = share_left(cycle) ** turns * np.abs(trial - centre) + ROUNDING * width
         closer = np.all(np.abs(last - centre) <= allowed, axis=1)
         found = radii[closer & (radii > smallest)]
         if found.size:

@@ -77,6 +77,8 @@ class _Known:
             return self.attractor.contains(tails[:, -1], self.radius)
         if self.cycle is None:
             return np.zeros(len(tails), dtype=np.bool_)
+        if not self.cycle.stable:
+            return self.comes_near(tails, self.radius)
         return drawn_in(tails, self.cycle, self.centre, self.radius)
 
     def comes_near(self, tails: Floats, distance: float) -> Any:
