@@ -828,6 +828,30 @@ def test_a_flip_nearer_to_a_fold_than_lists_are_made_is_solved_for(bend, shift, 
     assert [item.kind for item in curve.bifurcations] == ["fold", "flip"]
 
 
+def test_a_flip_beside_a_fold_is_not_one_of_another_orbit_near_by() -> None:
+    bend, other = 1e10, 5e-4
+
+    def beside(x: np.ndarray, steep: object, sharp: object, far: float) -> np.ndarray:
+        inside = [np.abs(x - other) < 1e-5, np.abs(x) < 2e-5]
+        return np.select(inside, [steep, sharp], far)
+
+    f = ss.PiecewiseMap(
+        lambda x, mu: beside(x, other - 50 * (x - other), x + mu - bend * x**2, 0.5),
+        (-1, 1),
+        parameters={"mu": 0.3},
+        derivative=lambda x, mu: beside(x, -50.0, 1 - 2 * bend * x, 0.0),
+        breakpoints=[-2e-5, 2e-5, other - 1e-5, other + 1e-5],
+    )
+    found = bifurcations(f, "mu", (-0.7, 1.0), max_period=1)
+    (flip,) = (item for item in found if item.kind == "flip" and item.period == 1)
+    before, after = (
+        [orbit.multiplier for orbit in side if orbit.period == 1]
+        for side in (flip.orbits_before, flip.orbits_after)
+    )
+    assert len(before) == len(after) == 1
+    assert after[0] < -1 < before[0] < 0
+
+
 def test_what_begins_at_a_flip_that_hides_beside_a_fold_is_told() -> None:
     found = bifurcations(narrow_branch(3e-9), "mu", (-5e-6, 3e-6), max_period=2)
     assert "fold" in [item.kind for item in found]

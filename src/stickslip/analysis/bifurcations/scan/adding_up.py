@@ -44,8 +44,8 @@ def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange
     for event, gone, new in zip(span.events, lost, born, strict=True):
         before, after = set(gone), set(new)
         if event.kind == "flip":
-            before |= _parent(event, span.left)
-            after |= _parent(event, span.right)
+            parents = _parents(event, span)
+            before, after = before | parents[0], after | parents[1]
         # A list in the very middle of an event, at an end of the range, shows neither side.
         middle = any(event.is_at(node.q) for node in (span.left, span.right))
         orbits = [span.left.orbits[k] for k in gone], [span.right.orbits[k] for k in new]
@@ -91,10 +91,24 @@ def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
     return shares
 
 
-def _parent(event: Event, node: Node) -> set[int]:
-    """Place of the orbit that flips."""
-    found = node.find(event.points, PARENT * node.width)
-    return set() if found is None else {found}
+def _parents(event: Event, span: Span) -> tuple[set[int], set[int]]:
+    """Places of the orbit that flips, in both lists; in one beside a fold that is as close."""
+    nodes, loose = (span.left, span.right), (span.loose_left, span.loose_right)
+    places = [node.find(event.points, PARENT * node.width) for node in nodes]
+    found = [set[int]() if place is None else {place} for place in places]
+    ends = [place in one for place, one in zip(places, loose, strict=True)]
+    if all(found) and ends[0] != ends[1]:
+        # One of the two crosses the span, and the other does not: they are not one orbit.
+        off = [
+            np.abs(orbit.points - event.points).max()
+            for node, place in zip(nodes, found, strict=True)
+            for orbit in node.select(place)
+        ]
+        nearer = int(np.argmin(off))
+        pairs = ((piece.left, piece.right) for piece in span.pieces)
+        own = (pair[1 - nearer] for pair in pairs if pair[nearer] == places[nearer])
+        found[1 - nearer] = {place for place in own if place is not None}
+    return found[0], found[1]
 
 
 def _adds_up(
