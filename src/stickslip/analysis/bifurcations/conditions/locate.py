@@ -139,10 +139,11 @@ class Readings:
         enough, apart = ABOVE_NOISE * zero.noise, NEARBY * float(np.spacing(abs(t)))
         fit = [
             s
-            for s in sorted(self.known, key=lambda s: abs(s - t))
+            for s in self.known
             if abs(s - t) >= apart and abs(self.known[s].value - zero.value) > enough
         ]
-        for s in fit:
+        if fit:
+            s = min(fit, key=lambda s: abs(s - t))
             return (self.known[s].value - zero.value) / (s - t)
         span, rise, slope = max(span, apart), 0.0, 0.0  # or t + span may be t itself
         for way in [side * times * span for times in WIDER for side in (1, -1)]:
