@@ -22,6 +22,9 @@ NO_EVENT: Final = 9
 AT_REST: Final = 10
 ONE_SIDED: Final = 11
 
+# The motion was not followed to any end: what it would do is not known.
+GIVEN_UP: Final = (EVENT_LIMIT, TIME_LIMIT, UNDECIDED, LAW_FAILED, STEP_FAILED)
+
 NAMES: Final = (
     "OK",
     "NEVER_SLIPPING",

@@ -243,6 +243,12 @@ def test_json_carries_every_orbit_to_the_last_digit(capsys, found_orbits):
     assert any(crosses_a_jump)
 
 
+@pytest.mark.parametrize("command", ["orbits", "basins"])
+def test_a_map_whose_motions_are_all_given_up_has_no_answer(command, capsys):
+    assert main(f"{command} --preset coulomb --max-events 1".split()) == 1
+    assert "--max-events" in capsys.readouterr().err
+
+
 def test_csv_of_orbits_reads_back_exactly(tmp_path, capsys, found_orbits):
     path = tmp_path / "orbits.csv"
     command = f"orbits --preset coulomb --period 4 --infinitely-unstable --out {path}"

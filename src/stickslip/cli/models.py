@@ -163,7 +163,8 @@ def orbits(
     One row for each point of each orbit, the orbits numbered by period and place. Columns:
     orbit, period, kind, multiplier (inf if the orbit crosses a jump), point and d with its
     error, itinerary from this point to the next. What could not be decided is said on
-    stderr; the exit code is 1 if the list is not complete up to the period asked for.
+    stderr; the exit code is 1 if the list is not complete up to the period asked for, or empty
+    with places undecided.
 
     A map of several numbers, as of three blocks, has multipliers_1, ... and d_1, ... instead, and
     how many starts led to the orbit (hits); stderr estimates how many orbits were not found.
@@ -240,7 +241,8 @@ def _orbit_ending(found: OrbitList | OrbitListND, *, quiet: bool) -> int:
     ]
     reasons += [str(item) for item in found.unresolved]
     notes(reasons, "undecided places", quiet=quiet)
-    return DONE if found.complete >= found.max_period else COMPUTATION_FAILED
+    nothing = not len(found) and found.unresolved
+    return COMPUTATION_FAILED if nothing or found.complete < found.max_period else DONE
 
 
 BASINS_EXAMPLES = """\

@@ -1,6 +1,6 @@
 """Basins against maps whose basin edges are known, and against brute force."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -17,9 +17,11 @@ from stickslip.analysis.attractors.basin_pieces import (
     refined,
 )
 from stickslip.analysis.attractors.basins import basins
+from stickslip.analysis.branches.discontinuities import ACCUMULATE, Unresolved
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.protocol import SAME
+from stickslip.analysis.maps.protocol import SAME, shaped
+from stickslip.status import EVENT_LIMIT, NEVER_CYCLE, OK
 
 EXACT = 1e-12
 
@@ -154,8 +156,43 @@ def test_gap_and_its_preimages():
 
 def test_what_is_unknown_beside_a_gap_does_not_leave():
     f = cut_logistic()
-    pieces = first_pieces(f, branch_table(f).laps, np.array([[0.1, 0.104], [0.113, 0.12]]), [])
+    unknown = (Unresolved(ACCUMULATE, 0.1, 0.104), Unresolved(ACCUMULATE, 0.113, 0.12))
+    pieces = first_pieces(f, replace(branch_table(f), unresolved=unknown), [])
     assert list(pieces.fate([0.101, 0.108, 0.115])) == [UNDECIDED, LEFT, UNDECIDED]
+
+
+@dataclass(frozen=True)
+class GivesUp:
+    """The logistic map at 3.2, which has no value in [0.1, 0.12] and is given up in part of it."""
+
+    domain = (0.0, 1.0)
+
+    def evaluate(self, x):
+        x = np.asarray(x, dtype=float)
+        status = np.where((x > 0.1) & (x < 0.12), NEVER_CYCLE, OK)
+        status[(x > 0.104) & (x < 0.113)] = EVENT_LIMIT
+        value = np.where(status == OK, 3.2 * x * (1 - x), np.nan)
+        return shaped(
+            x.shape, value, 3.2 - 6.4 * x, np.zeros(x.shape, np.uint64), status, 0 * value
+        )
+
+
+def test_where_motions_are_given_up_nothing_is_claimed():
+    f = GivesUp()
+    (lo, hi) = branch_table(f).given_up[0]
+    assert 0.1 <= lo <= 0.104
+    assert 0.113 <= hi <= 0.12
+    (told,) = ss.periodic_orbits(f, 2).unresolved
+    assert (told.lo, told.hi) == (lo, hi)
+    assert "raise max_events" in str(told)
+    found = basins(f)
+    assert list(found.at([0.5 * (0.1 + lo), 0.108, 0.5 * (hi + 0.12)])) == [LEFT, UNDECIDED, LEFT]
+    # Preimages of what is given up, one on each side of the top: 3.2 x (1 - x) = 0.108.
+    assert list(found.at(np.roots([-3.2, 3.2, -0.108]))) == [UNDECIDED, UNDECIDED]
+    whole = found.left + found.undecided + found.share(0)
+    assert found.undecided > hi - lo
+    assert whole == pytest.approx(1, abs=EXACT)
+    assert "raise max_events" in found.reason
 
 
 def test_values_at_ends_of_laps_are_not_asked_for_again():
@@ -166,9 +203,9 @@ def test_values_at_ends_of_laps_are_not_asked_for_again():
         return 3.2 * x * (1 - x)
 
     f = PiecewiseMap(func, (0, 1), derivative=lambda x: 3.2 - 6.4 * x)
-    laps = branch_table(f).laps
+    branches = branch_table(f)
     asked.clear()
-    first_pieces(f, laps, np.empty((0, 2)), [])
+    first_pieces(f, branches, [])
     assert sum(asked) == 0
 
 
@@ -328,7 +365,7 @@ def test_preimages_of_a_sliver_are_slivers():
     """Rounded preimages of its two ends may change places: what lies beside it keeps its fate."""
     f = PiecewiseMap("3.9*x*(1 - x) + 0.02*sin(7*x)", (0, 1))
     table = branch_table(f).laps
-    whole = first_pieces(f, table, np.empty((0, 2)), [])
+    whole = first_pieces(f, branch_table(f), [])
     for low in np.random.default_rng(0).uniform(0.05, 0.95, 60):
         k = int(np.searchsorted(whole.edges, low)) - 1
         high, number = float(low + 2 * np.spacing(low)), np.arange(len(whole.edges) + 2)

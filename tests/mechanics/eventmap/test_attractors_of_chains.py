@@ -48,6 +48,11 @@ def test_fates_of_starts_are_those_of_plain_iteration(found):
     np.testing.assert_array_equal(basins.index, ends(f, found, f.spread(512), 120))
 
 
+def test_starts_whose_motions_are_given_up_are_undecided(found):
+    basins = ss.basins(ss.event_map(CHAIN, max_events=2), found, n_samples=16)
+    assert (basins.left, basins.undecided) == (0.0, 1.0)
+
+
 @pytest.mark.slow
 def test_shares_agree_with_those_of_100_000_starts(found):
     """Drawn at random, not spread evenly as the answer's own."""

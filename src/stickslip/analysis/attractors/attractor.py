@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 from stickslip.analysis.attractors.bands import inside
 from stickslip.checks import finite_number, real_numbers
 from stickslip.results.result import ResultList, ResultRow
+from stickslip.status import GIVEN_UP, MESSAGES
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -142,6 +143,8 @@ class AttractorList(ResultList[Attractor]):
         """Short table."""
         rows = [f"AttractorList: {len(self)} from {self.n_starts} seeds, {self.left:.3f} left"]
         rows[0] += _unfollowed(self.unfollowed)
+        given_up = {why: self.statuses[why] for why in GIVEN_UP if why in self.statuses}
+        rows += [f"  {count} seeds lost: {MESSAGES[why]}" for why, count in given_up.items()]
         return "\n".join([*rows, *(f"  {a._line()}" for a in self)])
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.branches.laps import Laps
+    from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Bools, Floats, Integers, Map1D
 
 
@@ -36,8 +37,10 @@ MAX_STEPS: Final = 256  # on the way into a trap
 MAX_ORDER: Final = 64  # preimages that are recognised
 MAX_PERIOD: Final = 16  # unstable orbits that are recognised
 RECURS: Final = 1e-5  # of the domain's width: an edge's orbit this close to recurring is tried
-LOST: Final = 1e-3  # of the domain's width: beyond this error an orbit tells nothing
+VAGUE: Final = 1e-3  # of the domain's width: beyond this error an orbit tells nothing
 MAX_SLIVERS: Final = 2000  # edges that are followed; more occur only among interwoven basins
+
+LOST: Final = -3  # where motions are given up, or come there: as decided as it ever will be
 
 Source = Literal["orbit", "breakpoint", "gap", "domain", "unresolved"]
 
@@ -47,7 +50,7 @@ class Pieces:
     """Consecutive pieces of a domain, from left to right; no one-sided value is computed twice."""
 
     edges: Floats  # shape (n + 1,)
-    index: Integers  # place of the attractor, or `UNDECIDED`, or `LEFT`
+    index: Integers  # place of the attractor, or `UNDECIDED`, or `LEFT`, or `LOST`
     lap: Integers  # that holds an undecided piece
     value_left: Floats  # limits of the map at the ends, from inside
     value_right: Floats
@@ -87,25 +90,27 @@ class Pieces:
 
 
 def spread_over_open(edges: Floats, index: Integers, shares: Floats) -> Floats:
-    """Points of what is undecided, one at a share (0 to 1) of each of as many equal parts."""
-    open_ = np.flatnonzero(index == UNDECIDED)
+    """Points of what is not proved, one at a share (0 to 1) of each of as many equal parts."""
+    open_ = np.flatnonzero(np.isin(index, (UNDECIDED, LOST)))
     ends = np.cumsum(np.diff(edges)[open_])
     place = ends[-1] * (np.arange(len(shares)) + shares) / len(shares)
     k = np.clip(np.searchsorted(ends, place, side="right"), 0, len(open_) - 1)
     return np.asarray(edges[open_[k] + 1] - (ends[k] - place))
 
 
-def first_pieces(f: Map1D, table: Laps, unknown: Floats, known: Sequence[Attractor]) -> Pieces:
+def first_pieces(f: Map1D, branches: BranchTable, known: Sequence[Attractor]) -> Pieces:
     """Cut the domain at the ends of laps, known and unknown ones, and around the attractors."""
+    table, unknown, lost = branches.laps, branches.unknown, branches.given_up
     traps = [_trap(f, table, attractor) for attractor in known]
     # What is unknown may lie in a gap: the laps on both sides do not show where it ends.
-    ends = [table.left, table.right, unknown.ravel(), *(trap.ravel() for trap in traps)]
-    cuts = np.concatenate(ends)
+    inner = (one.ravel() for one in (unknown, lost, *traps))
+    cuts = np.concatenate([table.left, table.right, *inner])
     low, high = f.domain
     edges = np.unique(np.concatenate([[low, high], cuts[(cuts > low) & (cuts < high)]]))
     middle = 0.5 * (edges[:-1] + edges[1:])
     lap = table.locate(middle)
     index = np.where((lap >= 0) | inside(unknown, middle), UNDECIDED, LEFT)
+    index[(lap < 0) & inside(lost, middle)] = LOST
     for k, trap in enumerate(traps):
         index[inside(trap, middle)] = k
     at_left, at_right = (_one_sided(f, table, x, lap) for x in (edges[:-1], edges[1:]))
@@ -377,7 +382,7 @@ def _sliver_causes(
 def _orbit_cause(f: Map1D, orbit: Floats, error: Floats, known: list[Cycle]) -> EdgeCause | None:
     """Find the unstable orbit that an edge's orbit follows, and when it has reached it."""
     for order in range(MAX_ORDER):
-        if not np.isfinite(orbit[order + MAX_PERIOD]) or error[order] > LOST * domain_width(f):
+        if not np.isfinite(orbit[order + MAX_PERIOD]) or error[order] > VAGUE * domain_width(f):
             return None
         close = max(RECURS * domain_width(f), error[order])
         for period in range(1, MAX_PERIOD + 1):

@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.analysis.attractors.attractor import AttractorList, AttractorListND
 from stickslip.analysis.attractors.attractors import MAX_STEPS, attractors, checked_found
 from stickslip.analysis.attractors.basin_pieces import (
+    LOST,
     EdgeCause,
     Pieces,
     explain,
@@ -23,7 +24,7 @@ from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial,
 from stickslip.analysis.attractors.in_space.fates import LEFT, MOST_FOLLOWED, UNDECIDED
 from stickslip.analysis.attractors.lyapunov import perturbed
 from stickslip.analysis.attractors.search import BLOCK
-from stickslip.analysis.branches.table import branch_table
+from stickslip.analysis.branches.table import GIVEN_UP, branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import SAME, MapND, advance, checked_points, domain_width
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Floats, Integers, Map1D, Modelled
 
 
@@ -281,7 +283,7 @@ def basins(
     branches = branch_table(f)
     table = branches.laps
     known = attractors(f, **search) if found is None else checked_found(f, found)
-    pieces = first_pieces(f, table, branches.unknown, known)
+    pieces = first_pieces(f, branches, known)
     causes = first_causes(f, table, pieces.edges)
     pieces, rounds, cut, floor = pieces.joined(), 0, 0, SAME
     counts = np.zeros(len(known) + 2, dtype=np.int64)
@@ -299,6 +301,7 @@ def basins(
             if stalled and pieces.count_undecided() > MANY:
                 break
     edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
+    index[index == LOST] = UNDECIDED
     if np.any(index == UNDECIDED):
         points = spread_over_open(pieces.edges, pieces.index, generator.random(n_samples))
         counts[UNDECIDED] = len(points)
@@ -317,7 +320,7 @@ def basins(
         thin=thin,
         rounds=rounds,
         resolution=floor * domain_width(f),
-        reason=_why(known, counts, rest),
+        reason=_why(branches, known, counts, rest),
     )
 
 
@@ -325,26 +328,29 @@ def _count(
     f: Map1D, pieces: Pieces, x: Floats, counts: Integers, rng: np.random.Generator, work: Work
 ) -> None:
     """Follow points until their orbits come to a decided piece, and count its fate."""
-    n = len(x)
+    n, lost = len(x), 0
     for steps in range(0, MAX_STEPS, BLOCK):
         work.tell(max(1 - len(x) / n, steps / MAX_STEPS))
         tails = advance(f, x, BLOCK)
         fates = pieces.fate(tails)
         first = np.argmax(fates != UNDECIDED, axis=1)
         fate = fates[np.arange(len(x)), first]
-        np.add.at(counts, fate[fate != UNDECIDED], 1)
+        np.add.at(counts, fate[(fate >= 0) | (fate == LEFT)], 1)
+        lost += int(np.count_nonzero(fate == LOST))
         x = tails[fate == UNDECIDED, -1]
-        counts[UNDECIDED] = len(x)
+        counts[UNDECIDED] = lost + len(x)
         if not x.size:
             return
         x = perturbed(f, x, rng)
 
 
-def _why(known: AttractorList, counts: Integers, work: Work) -> str:
+def _why(branches: BranchTable, known: AttractorList, counts: Integers, work: Work) -> str:
     if work.interrupted:
         return "interrupted: what was not followed to its end is undecided"
     if not counts[UNDECIDED]:
         return ""
+    if len(branches.given_up):
+        return next(str(u) for u in branches.unresolved if u.reason.startswith(GIVEN_UP))
     if reasons := [a.reason for a in known if a.kind == "undecided"]:
         return f"undecided attractor: {reasons[0]}"
     return f"{counts[UNDECIDED]} of {counts.sum()} samples reach no known attractor"

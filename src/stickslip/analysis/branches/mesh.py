@@ -21,6 +21,7 @@ from stickslip.analysis.maps.protocol import (
     values_and_slopes,
 )
 from stickslip.numerics.arrays import EPS, GOLDEN, Columns
+from stickslip.status import GIVEN_UP
 
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Labels
@@ -110,6 +111,7 @@ class Mesh:
     doubtful: set[tuple[float, float]] = field(default_factory=set)
     # of gaps, not probed as closely as others, for their motions are too long
     left_out: set[tuple[float, float]] = field(default_factory=set)
+    given_up: dict[float, int] = field(default_factory=dict)  # points and why: nothing is known
     n_evaluations: int = 0
     length: float = field(init=False, default=0.0)  # of long motions that do not return, in events
 
@@ -142,6 +144,9 @@ class Mesh:
         self.n_evaluations += x.size
         got = sample(self.f, x)
         nodes = Nodes.at(x, got)
+        if (unknown := np.isin(got.status, GIVEN_UP)).any():
+            points, why = nodes.x[unknown], got.status[unknown]
+            self.given_up.update(zip(points.tolist(), why.tolist(), strict=True))
         if (long := got.n_events > LONG).any():
             self.events_left -= int(got.n_events[long & nodes.ok].sum())
             if self.events_left <= 0:

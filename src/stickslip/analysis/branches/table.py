@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -35,6 +36,7 @@ from stickslip.numerics.arrays import interval_of
 from stickslip.numerics.processes import travels
 from stickslip.results.result import ResultList, ResultRow
 from stickslip.results.table import SHOWN, aligned, more
+from stickslip.status import MESSAGES
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.discontinuities import Discontinuities
@@ -46,6 +48,8 @@ MANY: Final = 2048  # ways from a lap back to it: beyond, branches that are not 
 SPENT: Final = 1 << 20  # events of long motions for one table of many, before less is resolved
 GAP_PART: Final = 0.25  # of these in its gaps, which tell least; all in those of any other
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
+
+GIVEN_UP: Final = "motions are not followed to an end, so there may be a value"
 
 _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None))
 
@@ -143,6 +147,12 @@ class BranchTable(ResultList[Branch]):
         rows = sorted((u.lo, u.hi) for u in self.unresolved if u.reason == ACCUMULATE)
         return np.array(rows, dtype=np.float64).reshape(-1, 2)
 
+    @cached_property
+    def given_up(self) -> Floats:
+        """Parts of the gaps where it is not known that there is no value, shape (k, 2)."""
+        rows = [(u.lo, u.hi) for u in self.unresolved if u.reason.startswith(GIVEN_UP)]
+        return np.array(rows, dtype=np.float64).reshape(-1, 2)
+
     def matters(self, number: int) -> bool:
         """Tell whether the end of a lap, by its number in `Laps`, is a break of the map."""
         return 0 <= number < len(self.breakpoints) and self.breakpoints[number].kind != "smooth"
@@ -212,12 +222,14 @@ def _make_table(
     unresolved += too_many
     breaks, segments = _classify(mesh, cuts, hints)
     stretches = smooth_stretches(mesh, segments)
+    gaps = _gaps(segments, unresolved)
+    unresolved += _given_up(mesh, gaps)
     return BranchTable(
         f=f,
         resolution=mesh.resolution,
         branches=_branches(f, segments),
         breakpoints=tuple(breaks),
-        gaps=_gaps(segments, unresolved),
+        gaps=gaps,
         turning_points=np.concatenate([s.x[s.turns] for s in stretches] or [np.empty(0)]),
         laps=tabulate_laps(mesh, stretches, segments, harmless=False),
         pieces=tabulate_laps(mesh, stretches, segments, harmless=True),
@@ -303,6 +315,25 @@ def _gaps(segments: Segments, unresolved: list[Unresolved]) -> Floats:
     unknown = {(item.lo, item.hi) for item in unresolved if item.reason == ACCUMULATE}
     gaps = [row for row in rows if row not in unknown]
     return np.array(gaps, dtype=np.float64).reshape(-1, 2)
+
+
+def _given_up(mesh: Mesh, gaps: Floats) -> Iterator[Unresolved]:
+    """Tell of gaps between which points, as far as others have shown, motions were given up."""
+    points = np.array(sorted(mesh.given_up))
+    x = mesh.nodes.x
+    for lo, hi in gaps.tolist():
+        inside = points[(points >= lo) & (points <= hi)].tolist()
+        if inside:
+            why = Counter(mesh.given_up[point] for point in inside).most_common(1)[0][0]
+            before, after = (
+                np.searchsorted(x, inside[0]) - 1,
+                np.searchsorted(x, inside[-1], "right"),
+            )
+            yield Unresolved(
+                f"{GIVEN_UP} ({MESSAGES[why]}), in",
+                max(lo, float(x[max(before, 0)])),
+                min(hi, float(x[min(after, len(x) - 1)])),
+            )
 
 
 def resolution_of_lists(table: BranchTable, max_period: int) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.analysis.maps.map import kernels_of
 from stickslip.analysis.maps.protocol import Floats, Integers, MapND, reduced, sample, turns
 from stickslip.analysis.work import Work
+from stickslip.status import GIVEN_UP
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -197,7 +198,7 @@ def _fates_by_steps(
 ) -> None:
     hits, max_steps, fate, steps = limits
     last, run = np.full(len(x), UNDECIDED), np.zeros(len(x), dtype=np.int64)
-    active = np.arange(len(x))
+    active, before = np.arange(len(x)), x
     for k in range(max_steps + 1):
         gone = ~f.contains(x)
         label = np.full(len(x), UNDECIDED) if cells is None else cells.at(x)
@@ -205,13 +206,19 @@ def _fates_by_steps(
         last = label
         came = (label != UNDECIDED) & (run >= hits) & ~gone
         done = came | gone
-        fate[active[done]], steps[active[done]] = np.where(gone, LEFT, label)[done], k
+        label[gone] = np.where(_given_up(f, before[gone]), UNDECIDED, LEFT)
+        fate[active[done]], steps[active[done]] = label[done], k
         active, x, run, last = active[~done], x[~done], run[~done], last[~done]
         if not active.size or k == max_steps:
             break
         work.tell(max(1 - len(active) / len(fate), k / max_steps))
-        x = sample_values(f, x)
+        before, x = x, sample_values(f, x)
     fate[active], steps[active] = UNDECIDED, max_steps
+
+
+def _given_up(f: MapND, x: Floats) -> Any:
+    """Tell at which points motions are not followed to an end."""
+    return np.isin(sample(f, x).status, GIVEN_UP) if len(x) else False
 
 
 def sample_values(f: Any, x: Floats) -> Floats:

@@ -15,7 +15,7 @@ from stickslip.analysis.attractors.bands import image, merged
 from stickslip.analysis.branches.along.tracked import break_between
 from stickslip.analysis.branches.discontinuities import LONG_GAPS
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
-from stickslip.analysis.branches.table import BranchTable, branch_table
+from stickslip.analysis.branches.table import GIVEN_UP, BranchTable, branch_table
 from stickslip.analysis.interpolation.interpolated import PROBES, InterpolatedMap, interpolated_map
 from stickslip.analysis.maps.derived import windowed
 from stickslip.analysis.maps.protocol import EXACT, domain_width, is_ok, sample
@@ -184,7 +184,8 @@ def velocity(bundle: OrbitBundle, f: MapFamily, name: str) -> Floats:
 
 def returns_to_crowd(table: BranchTable, max_period: int) -> bool:
     """Tell whether orbits up to a period may pass where a table does not tell branches apart."""
-    spots = [(item.lo, item.hi) for item in table.unresolved if item.reason != LONG_GAPS]
+    gaps = (LONG_GAPS, GIVEN_UP)
+    spots = [(item.lo, item.hi) for item in table.unresolved if not item.reason.startswith(gaps)]
     spots += [item.interval for item in table.breakpoints if item.quality != "located"]
     if not spots:
         return False

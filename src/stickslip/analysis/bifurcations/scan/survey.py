@@ -26,6 +26,7 @@ from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClass
 from stickslip.analysis.branches.discontinuities import LONG_GAPS, LONG_MOTIONS
 from stickslip.analysis.branches.mesh import WIDE
 from stickslip.analysis.branches.table import (
+    GIVEN_UP,
     branch_table,
     resolution_of_lists,
     tables_complete_above,
@@ -109,6 +110,10 @@ class Survey(Range):
         if LONG_GAPS in open_:
             reason = "outside the question: narrow branches inside gaps, where motions are long"
             self.outside.append(UnresolvedChange(reason, self.lo, self.hi))
+        for why in sorted(reason for reason in open_ if reason.startswith(GIVEN_UP)):
+            at = [n.q for n in nodes if any(item.reason == why for item in n.table.unresolved)]
+            reason = "outside the question: in gaps " + why.removesuffix(", in")
+            self.outside.append(UnresolvedChange(reason, min(at), max(at)))
         self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
         if self.resolution == self.finest:
             return
