@@ -59,6 +59,19 @@ def test_a_window_bounds_the_grid(capsys):
     assert [float(row["d"]) for row in rows_of(capsys.readouterr().out)] == [-0.1, 0.0, 0.1]
 
 
+@pytest.mark.parametrize("window", ["5 -5", "2 3"])
+def test_a_window_that_holds_no_point_is_refused_by_its_name(window, capsys):
+    assert main(f"map --preset coulomb --grid 3 --window {window}".split()) == 2
+    assert capsys.readouterr().err.startswith("stickslip map: --window (")
+
+
+def test_of_a_window_the_part_inside_the_domain_counts(capsys):
+    assert main("map --preset coulomb --grid 3 --window -5 0.1".split()) == 0
+    lo, _ = ss.event_map(ss.examples.coulomb()).domain
+    d = [float(row["d"]) for row in rows_of(capsys.readouterr().out)]
+    assert d == np.linspace(lo, 0.1, 3).tolist()
+
+
 def test_itineraries_are_a_column(capsys):
     assert main(["map", *PAPER, "-d", "0.1", "--itinerary"]) == 0
     (row,) = rows_of(capsys.readouterr().out)

@@ -59,7 +59,8 @@ def map_(
     grid
         Map so many equally spaced points instead, both ends included.
     window
-        The two ends of the grid; the whole domain if not given.
+        The two ends of the grid, of which the part inside the domain counts; the whole domain if
+        not given.
     itinerary
         Add the modes of the blocks (. stick, - backward, + forward) from event to event.
     max_time
@@ -87,6 +88,8 @@ def _points_to_map(
 ) -> Floats:
     import numpy as np
 
+    from stickslip.analysis.maps.derived import windowed
+
     if bool(d) == (grid is not None):
         raise UsageError("give either points, -d 0.1 -d 0.2, or a grid, --grid 2000")
     if grid is None:
@@ -94,8 +97,7 @@ def _points_to_map(
             raise UsageError("--window belongs to --grid")
         return np.array(d)
     check_equally_spaced("--grid", grid)
-    first, last = window or f.domain
-    return np.linspace(first, last, grid)
+    return np.linspace(*windowed(f, window).domain, grid)
 
 
 def _evaluated(f: ModelLine, points: Floats, *, itinerary: bool) -> dict[str, Any]:

@@ -88,8 +88,8 @@ def belt_velocity(value: object, name: str = "V", *, is_forced: bool = False) ->
     """Return the belt velocity: positive, or 0 in forced models."""
     remedy = (
         f"A belt that runs backward is the mirror image (X, V) -> -(X, V): take |{name}| and "
-        "change the sign of all displacements and forces; a law with forward= exchanges its two "
-        "functions."
+        "change the sign of all displacements and forces; of a law that depends on the direction "
+        "exchange the two functions."
     )
     if is_forced:
         why = "The belt moves towards positive displacements, or rests."
