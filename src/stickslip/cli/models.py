@@ -97,7 +97,8 @@ def _points_to_map(
             raise UsageError("--window belongs to --grid")
         return np.array(d)
     check_equally_spaced("--grid", grid)
-    return np.linspace(*windowed(f, window).domain, grid)
+    first, last = windowed(f, window).domain
+    return np.linspace(first, last, grid)
 
 
 def _evaluated(f: ModelLine, points: Floats, *, itinerary: bool) -> dict[str, Any]:

@@ -858,3 +858,28 @@ def test_what_begins_at_a_flip_that_hides_beside_a_fold_is_told() -> None:
     assert any(
         item.lo < 1e-12 < item.hi and "do not add up" in item.reason for item in found.unresolved
     )
+
+
+def test_orbits_on_branches_that_lists_do_not_resolve_are_outside_the_question():
+    """A branch grows beyond 1e-9 of the domain, from where on lists have the orbit on it."""
+
+    def width(mu):
+        return 1e-9 * (0.5 + mu)
+
+    def func(x, mu):
+        narrow = 1.2 * x / width(mu) - 0.6
+        return np.where(x < 0, 0.1 * x + 0.3, np.where(x < width(mu), narrow, 0.1 * x - 0.4))
+
+    f = ss.PiecewiseMap(
+        func,
+        (-1, 1),
+        parameters={"mu": 0.3},
+        derivative=lambda x, mu: np.where((x < 0) | (x >= width(mu)), 0.1, 1.2 / width(mu)),
+        breakpoints=lambda mu: [0.0, width(mu)],
+    )
+    found = ss.bifurcations(f, "mu", (0.1, 0.9), max_period=1)
+    assert len(found) == 0
+    assert found.unresolved == ()
+    (told,) = (item for item in found.outside if "narrower than 1e-09" in item.reason)
+    assert told.period == 1
+    assert told.lo < 0.5 < told.hi

@@ -354,3 +354,16 @@ def test_newtons_method_goes_to_infinity_where_the_slope_vanishes():
         (2, round(5**-0.5, 12)),
     ]
     assert found[-1].multiplier == pytest.approx(36, rel=1e-13)
+
+
+def test_an_orbit_is_on_a_break_only_within_its_own_error():
+    """The fixed point is 5e-13 right of the jump and known to rounding."""
+    f = PiecewiseMap(
+        lambda x: np.where(x < 0, 0.4 * x + 0.3, 3 * x - 1e-12),
+        (-1, 1),
+        derivative=lambda x: np.where(x < 0, 0.4, 3.0),
+        breakpoints=[0.0],
+    )
+    found = periodic_orbits(f, 1)
+    assert [orbit.points.tolist() for orbit in found] == [[pytest.approx(5e-13, rel=1e-3)]]
+    assert found.unresolved == ()

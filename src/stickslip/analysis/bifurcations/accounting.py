@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Final, TypeAlias, TypeVar
 
-from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
+from stickslip.analysis.bifurcations.bifurcation import OUTSIDE, UnresolvedChange
 from stickslip.analysis.bifurcations.scan.events import in_the_middle
 from stickslip.results.table import listed
 
@@ -130,7 +130,7 @@ def accounted(
             beyond = {sort for sort in sorts if _beyond(sort, max_period)}
             if beyond:
                 parts.append((lo, hi, beyond))
-    entries = (("outside the question: " + _told(s), lo, hi) for lo, hi, s in _joined(parts))
+    entries = ((f"{OUTSIDE}: {_told(s)}", lo, hi) for lo, hi, s in _joined(parts))
     return unresolved, [UnresolvedChange(*entry) for entry in entries]
 
 
@@ -155,7 +155,7 @@ def unexplained(left: Look, right: Look, max_period: int) -> UnresolvedChange:
 
 def too_close(left: Look, right: Look) -> UnresolvedChange:
     """Tell of two looks between which bands merge at ever closer values."""
-    reason = "outside the question: bands that merge closer together than is searched for"
+    reason = f"{OUTSIDE}: bands that merge closer together than is searched for"
     return UnresolvedChange(reason, left.value, right.value)
 
 

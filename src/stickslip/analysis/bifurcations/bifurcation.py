@@ -51,6 +51,7 @@ BifurcationKind: TypeAlias = Literal[
 ]
 BIFURCATION_KINDS: Final[tuple[str, ...]] = get_args(BifurcationKind)
 
+OUTSIDE: Final = "outside the question"  # reasons that begin so leave nothing open
 LISTED: Final = 8  # points in a bifurcation's repr
 POINTS_SHOWN: Final = 2  # of an orbit, in a line of a table
 
@@ -242,6 +243,11 @@ class UnresolvedChange:
     hi: float
     period: int = 0
     x: float = math.nan
+
+    @property
+    def is_outside(self) -> bool:
+        """Whether it is no part of what was asked for, or is finer than lists are."""
+        return self.reason.startswith(OUTSIDE)
 
     def __str__(self) -> str:
         """One line."""

@@ -231,8 +231,7 @@ class _Report:
 
     def __init__(self, survey: Survey, work: Work) -> None:
         self.survey, self.f, self.work = survey, survey.family.f, work
-        self.unresolved: list[UnresolvedChange] = list(survey.unresolved)
-        self.outside: list[UnresolvedChange] = list(survey.outside)
+        self.unresolved: list[UnresolvedChange] = list(survey.unresolved)  # outside it, too
         self.values = sorted(event.value for event in survey.events)
         self.accumulations: list[float] = []
         self.looks: dict[float, ParameterPoint] = {}
@@ -284,7 +283,8 @@ class _Report:
                 self.part(partial(explain_border, item, self.f), "a mechanism", item.value) or item
                 for item in found
             ]
-        left_open = [*self.unresolved, *unaccounted]
+        told = [*self.unresolved, *unaccounted, *outside]
+        left_open = [change for change in told if not change.is_outside]
         if survey.crowded:  # the same can be left open at each of hundreds of breaks
             left_open = joined_where_they_touch(left_open)
         return BifurcationList(
@@ -300,7 +300,7 @@ class _Report:
                 for chain in chains
             ),
             unresolved=_told_once(left_open),
-            outside=_told_once([*self.outside, *outside]),
+            outside=_told_once(joined_where_they_touch(c for c in told if c.is_outside)),
             n_lists=survey.n_nodes,
             looks=tuple(q for q in sorted(self.looks) if survey.lo <= q <= survey.hi),
         )
@@ -429,7 +429,7 @@ class _Report:
         found = search.joined(intervals, islice(results, len(parts)))
         self.ahead |= zip(looks, results, strict=True)
         self.unresolved += [unexplained(*pair, survey.max_period) for pair in found.left_open]
-        self.outside += [too_close(*pair) for pair in found.too_close]
+        self.unresolved += [too_close(*pair) for pair in found.too_close]
         self.between += found.looks
         self._looked_at(side for event in found.events for side in event.sides)
         return [self._crisis(event) for event in found.events if not self._explained(event, breaks)]

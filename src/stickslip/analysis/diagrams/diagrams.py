@@ -210,7 +210,7 @@ def diagram_of(
         attractors=_as_table(rows, iterates, sampled),
         breakpoints=breaks,
         unresolved=(
-            *map(str, [*survey.unresolved, *getattr(survey, "outside", ())]),
+            *map(str, survey.unresolved),
             *_missing(values, orbits),
         ),
         coverage=getattr(survey, "coverage", None),

@@ -224,10 +224,12 @@ class _Search:
         self.near_folds += near_folds
         brackets, found = self._solved(brackets)
         error = np.where(np.isfinite(found.error), found.error, 0.0)
-        minimal = ~found.repeats(4 * error + EXACT * self.scale)
-        brackets, found = brackets.take(minimal), found.take(minimal)
+        slack = 4 * error + EXACT * self.scale
+        minimal = ~found.repeats(slack)
+        brackets, found, slack = brackets.take(minimal), found.take(minimal), slack[minimal]
+        close = np.minimum(slack, SAME * self.scale)
         for k in self._distinct(found):
-            if not self._is_on_border(brackets.word[k], found.points[k]):
+            if not self._is_on_border(brackets.word[k], found.points[k], close[k]):
                 self.orbits.append(self._orbit(brackets, found, k))
 
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
@@ -324,10 +326,10 @@ class _Search:
 
     # ------------------------------------------------------------------ as results
 
-    def _is_on_border(self, word: Indices, points: Floats) -> bool:
+    def _is_on_border(self, word: Indices, points: Floats, close: Floats) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
-        period, slack = len(points), SAME * self.scale
-        for lap, x in zip(word, points.tolist(), strict=True):
+        period, rows = len(points), zip(word, points.tolist(), close.tolist(), strict=True)
+        for lap, x, slack in rows:
             for number in (self.laps.end_left[lap], self.laps.end_right[lap]):
                 if not self.table.matters(number):
                     continue

@@ -51,11 +51,16 @@ def concerned_orbits(span: Span) -> tuple[list[Concerned], list[UnresolvedChange
         orbits = [span.left.orbits[k] for k in gone], [span.right.orbits[k] for k in new]
         if not middle and not _adds_up(event, *orbits, span):
             reason = f"the orbits beside the {event.kind.replace('_', ' ')} do not add up"
-            unresolved.append(span.open(reason, event.period, float(event.points[0])))
+            unresolved.append(span.open(reason, event.period, event.points, event.points))
         result.append(
             Concerned(tuple(sorted(before)), tuple(sorted(after)), tuple(gone), tuple(new))
         )
     return result, unresolved
+
+
+def adds_up(span: Span) -> bool:
+    """Whether the events of a span explain all orbits that do not cross it."""
+    return all(change.is_outside for change in concerned_orbits(span)[1])
 
 
 def flips_at_folds(span: Span) -> Iterator[Suspect]:

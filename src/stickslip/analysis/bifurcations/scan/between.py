@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
-from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits, flips_at_folds
+from stickslip.analysis.bifurcations.scan.adding_up import adds_up, flips_at_folds
 from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
 from stickslip.analysis.bifurcations.scan.events import (
     Event,
@@ -146,7 +146,7 @@ class _Between:
             wide = span.right.q - span.left.q > NARROWEST * self.whole.scale
             if fresh and more:
                 todo += self._cut(span, fresh)
-            elif unexplained and more and wide:
+            elif more and wide and not all(change.is_outside for change in unexplained):
                 middle = self._node(0.5 * (span.left.q + span.right.q))
                 todo += [(span.left, middle), (middle, span.right)]
             else:
@@ -178,7 +178,7 @@ class _Between:
         """Follow what two lists do not share; return new events, and what none explains."""
         if self.whole.crowded and (n := _changes(span)) > MOST_CHANGES:
             reason = f"less is resolved: {n} orbits begin or end, more than are followed"
-            return [], [span.open(reason)]
+            return [], [UnresolvedChange(reason, span.left.q, span.right.q)]
         ways = self._ways(span)
         fresh: list[Event] = []
         unexplained: list[UnresolvedChange] = []
@@ -232,8 +232,8 @@ class _Between:
                 continue
             reason = "an image of a break passes it, but no collision is found"
             assert isinstance(suspect.condition, Collision)
-            period, x = suspect.condition.period, suspect.condition.border.x
-            unexplained.append(span.open(reason, period, x))
+            border = np.array([suspect.condition.border.x])
+            unexplained.append(span.open(reason, suspect.condition.period, border, border))
         return unexplained
 
     def _ways(self, span: Span) -> list[tuple[int | None, int | None, Way]]:
@@ -359,7 +359,7 @@ class _Between:
         rooms = first - around.left.q, around.right.q - last
         beside = min((room for room in rooms if room > self.whole.closest), default=0.0)
         spans = [around]
-        while concerned_orbits(spans[-1])[1]:
+        while not adds_up(spans[-1]):
             if self.whole.crowded or not self._may_add(around):
                 return around
             if beside < self.whole.closest:
@@ -386,7 +386,7 @@ class _Between:
         ]
         events = sorted([*span.events, *found], key=lambda event: event.value)
         span = replace(span, events=events)
-        if concerned_orbits(span)[1]:
+        if not adds_up(span):
             return None
         self.found.events += found
         return span
@@ -416,4 +416,4 @@ def _changes(span: Span) -> int:
 
 
 def _open(span: Span, piece: Piece, reason: str) -> UnresolvedChange:
-    return span.open(reason, piece.period, float(piece.points[0, 0]))
+    return span.open(reason, piece.period, piece.points[0], piece.points[-1])

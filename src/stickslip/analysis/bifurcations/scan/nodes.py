@@ -11,14 +11,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from stickslip.analysis.attractors.bands import image, merged
+from stickslip.analysis.attractors.bands import image, inside, merged
 from stickslip.analysis.branches.along.tracked import break_between
-from stickslip.analysis.branches.discontinuities import LONG_GAPS
+from stickslip.analysis.branches.discontinuities import (
+    ACCUMULATE,
+    LONG_MOTIONS,
+    NARROW_END,
+    TOO_CLOSE,
+)
 from stickslip.analysis.branches.mesh import RESOLUTION, WIDE
-from stickslip.analysis.branches.table import GIVEN_UP, BranchTable, branch_table
+from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.interpolation.interpolated import PROBES, InterpolatedMap, interpolated_map
 from stickslip.analysis.maps.derived import windowed
-from stickslip.analysis.maps.protocol import EXACT, domain_width, is_ok, sample
+from stickslip.analysis.maps.protocol import EXACT, SAME, domain_width, is_ok, sample
 from stickslip.analysis.orbits.newton import OrbitBundle, solve_cyclic
 from stickslip.analysis.orbits.periodic import periodic_orbits
 
@@ -119,6 +124,15 @@ class Node:
         """The table as a fast map."""
         return interpolated_map(self.table)
 
+    def why_unlisted(self, points: Floats) -> str:
+        """Return why an orbit through points may be missing in the list; empty if it may not."""
+        if inside(crowds(self.table), points, self.table.resolution).any():
+            return f"orbits on branches narrower than {self.table.resolution:.2g}"
+        on_border = {item.lo for item in self.orbits.unresolved if item.period == len(points)}
+        if any(np.abs(points - x).min() <= SAME * self.width for x in on_border):
+            return "orbits within rounding of a break"
+        return ""
+
     @cached_property
     def bundle(self) -> OrbitBundle:
         """All orbits as arrays."""
@@ -182,14 +196,21 @@ def velocity(bundle: OrbitBundle, f: MapFamily, name: str) -> Floats:
     return solve_cyclic(bundle.slopes, -rates, bundle.periods)
 
 
+def crowds(table: BranchTable) -> Floats:
+    """Intervals in which a table does not tell branches apart, ascending, shape (k, 2)."""
+    narrow = (ACCUMULATE, TOO_CLOSE, NARROW_END)
+    spots = [(item.lo, item.hi) for item in table.unresolved if item.reason in narrow]
+    spots += [item.interval for item in table.breakpoints if item.quality != "located"]
+    return merged(np.array(spots).reshape(-1, 2), 0.0)
+
+
 def returns_to_crowd(table: BranchTable, max_period: int) -> bool:
     """Tell whether orbits up to a period may pass where a table does not tell branches apart."""
-    gaps = (LONG_GAPS, GIVEN_UP)
-    spots = [(item.lo, item.hi) for item in table.unresolved if not item.reason.startswith(gaps)]
-    spots += [item.interval for item in table.breakpoints if item.quality != "located"]
-    if not spots:
+    if any(item.reason == LONG_MOTIONS for item in table.unresolved):
+        return True
+    crowd, width = crowds(table), domain_width(table.f)
+    if not len(crowd):
         return False
-    crowd, width = merged(np.array(spots), 0.0), domain_width(table.f)
     got = sample(table.f, crowd[:, :1] + np.diff(crowd) * (np.arange(PROBES) + 0.5) / PROBES)
     known = is_ok(got).any(axis=1)
     values = np.where(is_ok(got), got.value, np.nan)[known]

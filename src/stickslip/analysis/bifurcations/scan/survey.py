@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
+from stickslip.analysis.bifurcations.bifurcation import OUTSIDE, UnresolvedChange
 from stickslip.analysis.bifurcations.scan.between import Found, Range, between
 from stickslip.analysis.bifurcations.scan.events import Event, Suspect
 from stickslip.analysis.bifurcations.scan.near_misses import (
@@ -58,8 +58,7 @@ class Survey(Range):
         self.work = Work() if work is None else work
         self.spans: list[Span] = []
         self.events: list[Event] = []
-        self.unresolved: list[UnresolvedChange] = []
-        self.outside: list[UnresolvedChange] = []
+        self.unresolved: list[UnresolvedChange] = []  # and what is outside the question
         self.grid_nodes: list[Node] = []
         self.curves: tuple[Curve, ...] | None = None  # of all orbits, once they are joined
         self.joining = Lock()  # a diagram and a list may want them at once
@@ -108,12 +107,12 @@ class Survey(Range):
         """Say that breaks accumulate, where looks for that were made or between them."""
         open_ = {item.reason for node in nodes for item in node.table.unresolved}
         if LONG_GAPS in open_:
-            reason = "outside the question: narrow branches inside gaps, where motions are long"
-            self.outside.append(UnresolvedChange(reason, self.lo, self.hi))
+            reason = f"{OUTSIDE}: narrow branches inside gaps, where motions are long"
+            self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
         for why in sorted(reason for reason in open_ if reason.startswith(GIVEN_UP)):
             at = [n.q for n in nodes if any(item.reason == why for item in n.table.unresolved)]
-            reason = "outside the question: in gaps " + why.removesuffix(", in")
-            self.outside.append(UnresolvedChange(reason, min(at), max(at)))
+            reason = f"{OUTSIDE}: in gaps {why.removesuffix(', in')}"
+            self.unresolved.append(UnresolvedChange(reason, min(at), max(at)))
         self.resolution = max(self.resolution, *(node.table.resolution for node in nodes))
         if self.resolution == self.finest:
             return
@@ -121,11 +120,12 @@ class Survey(Range):
         self.crowded = self.crowded or any(returning)
         why = "motions are long" if LONG_MOTIONS in open_ else "breaks accumulate"
         above = f"lists are complete above {self.resolution:.2g}"
-        told, reason = self.unresolved, f"{why}: {above}, and fewer values are looked at"
+        reason = f"{why}: {above}, and fewer values are looked at"
         if not self.crowded:
-            told, reason = self.outside, f"outside the question: {why} where no orbit up to period "
-            reason += f"{self.max_period} passes, {above}"
-        told.append(UnresolvedChange(reason, self.lo, self.hi))
+            reason = (
+                f"{OUTSIDE}: {why} where no orbit up to period {self.max_period} passes, {above}"
+            )
+        self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
 
     def _nodes(self, values: Sequence[float], tell: Callable[[float], None]) -> list[Node]:
         """Make lists at several values."""

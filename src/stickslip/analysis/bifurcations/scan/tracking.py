@@ -5,13 +5,12 @@ One look at the middle proves most joints; few orbits are followed one by one.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
+from stickslip.analysis.bifurcations.bifurcation import OUTSIDE, UnresolvedChange
 from stickslip.analysis.continuation.curve import CurveEnd
 from stickslip.analysis.continuation.follower import Half, Passed
 from stickslip.analysis.continuation.half_period import shrinks_to_half
@@ -75,9 +74,14 @@ class Span:
     # between events: orbits that leave the window there, or end unexplained
     endings: list[Ending] = field(default_factory=list)
 
-    def open(self, reason: str, period: int = 0, x: float = math.nan) -> UnresolvedChange:
-        """Tell of a change in it that nothing explains."""
-        return UnresolvedChange(reason, self.left.q, self.right.q, period, x)
+    def open(
+        self, reason: str, period: int, near_left: Floats, near_right: Floats
+    ) -> UnresolvedChange:
+        """Tell of an orbit that nothing explains, by its points next to both nodes."""
+        unlisted = self.left.why_unlisted(near_left) or self.right.why_unlisted(near_right)
+        if unlisted:
+            reason = f"{OUTSIDE}: {unlisted}"
+        return UnresolvedChange(reason, self.left.q, self.right.q, period, float(near_left[0]))
 
 
 def join(left: Node, right: Node, family: Family, classes: SymbolClasses) -> Span:
