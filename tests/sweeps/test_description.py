@@ -185,6 +185,17 @@ def test_models_that_rub_at_other_places_are_other_sweeps():
     assert described([1.0, 0.5]) == described([1.0, 0.5]) != described([1.0, 0.6])
 
 
+@pytest.mark.parametrize("n", [2, 3])
+def test_chains_followed_by_another_engine_are_other_sweeps(n):
+    model = ss.Chain(static=[1.0, 1.3, 1.1][:n], alpha=1.2, V=0.04, friction=ss.Coulomb(mu=0.2))
+
+    def described(**settings):
+        return as_system(ss.event_map(model, **settings)).identity()
+
+    assert described() == described(threads=2) == as_system(model).identity()
+    assert described() != described(engine="adaptive")
+
+
 @pytest.mark.parametrize("force", [[1.0, 0.8, 0.6], [1.0, 0.7, 0.5]])
 @pytest.mark.parametrize("speed", [[0.0, 0.2, 1.0], [0.0, 0.2, 2.0]])
 def test_models_with_other_tables_of_friction_are_other_sweeps(speed, force):

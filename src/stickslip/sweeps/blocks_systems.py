@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.mechanics.eventmap.records import Controls
 from stickslip.sweeps.identity import digest, law_identity
 from stickslip.sweeps.system import System, rows, spread_shares
 
@@ -67,7 +66,7 @@ class MotionSystem(FamilySystem):
         return np.full((points.size, n_starts), np.nan)
 
 
-SECTION = ("contact", "event", "direction", "coordinates", "domain")  # of return maps
+WHERE = ("device", "threads")  # settings of maps that say where values are computed, not which
 
 
 class LineSystem(FamilySystem):
@@ -79,9 +78,8 @@ class LineSystem(FamilySystem):
 
     def identity(self) -> dict[str, Any]:
         """Describe the model in values that JSON can hold."""
-        given = self.f.settings
-        names = (*Controls._fields, *(name for name in SECTION if name in given))
-        settings = {name: str(given[name]) for name in names}
+        given = self.f.settings.items()
+        settings = {name: str(value) for name, value in given if name not in WHERE}
         return {**super().identity(), "engine": settings}
 
     def map_at(self, values: Mapping[str, float]) -> Any:
