@@ -79,6 +79,11 @@ def test_a_closed_curve_is_two_orbits_that_meet_in_two_folds(range_):
 def test_a_diagram_is_a_table_and_a_file(diagram, tmp_path):
     table = diagram.table()
     assert {"d_1", "d_2"} < set(table)
+    assert np.isrealobj(np.concatenate([table["multiplier"], table["multiplier_imag"]]))
+    first = (table["what"] == "orbit") & (table["point"] == 1)
+    parts = table["multiplier"][first] + 1j * table["multiplier_imag"][first]
+    known = np.concatenate([orbit.multipliers[orbit.exists] for orbit in diagram.orbits])
+    assert (np.sort_complex(parts) == np.sort_complex(known)).all()
     save(diagram, tmp_path / "diagram")
     assert load(tmp_path / "diagram") == diagram
     assert diagram.overview()["begins"].tolist().count("flip") == 1

@@ -165,8 +165,13 @@ class Diagram(Result):
         """Lay out orbits, then attractors, then breakpoints, a row for each point."""
         parts = [*self._orbit_points(), self._attractor_points(), *self._break_points()]
         names = [name for name in parts[0] if name != "value"]
-        columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
-        return {self.parameter: np.concatenate([part["value"] for part in parts]), **columns}
+        columns = {self.parameter: np.concatenate([part["value"] for part in parts])}
+        for name in names:
+            column = np.concatenate([part[name] for part in parts])
+            columns[name] = column.real
+            if np.iscomplexobj(column):  # neither CSV nor JSON has complex numbers
+                columns[f"{name}_imag"] = column.imag
+        return columns
 
     def _orbit_points(self) -> Iterator[dict[str, Any]]:
         for number, orbit in enumerate(self.orbits, start=1):
