@@ -89,6 +89,22 @@ def test_tables_hold_columns_by_name(result):
         assert table.n_rows == sum(expected)
 
 
+@pytest.mark.parametrize("kind", ["Diagram", "Curve", "ReturnRegion"])
+def test_a_parameter_keeps_its_column_whatever_it_is_called(samples, kind):
+    pytest.importorskip("xarray")
+    result = samples[kind]
+    first, *others = result.table()
+    for name in (*others, "r"):
+        called = {"parameters": {name: result.values}} if kind == "Curve" else {"parameter": name}
+        again = dataclasses.replace(result, **called)
+        own = f"parameter_{name}" if name in others else name
+        assert list(again.table()) == [own, *others]
+        assert (again.table()[own] == result.table()[first]).all()
+        for variable, array in result.to_xarray().variables.items():
+            there = again.to_xarray()[own if variable == first else variable]
+            assert np.array_equal(there, array, equal_nan=array.dtype.kind == "f")
+
+
 def test_lists_have_the_columns_of_their_items(samples):
     lists = [name for name in NAMES if isinstance(samples[name], ResultList)]
     assert len(lists) > 5

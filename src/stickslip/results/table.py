@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import islice
 from typing import Any, Final, TypeAlias
 
@@ -122,6 +122,11 @@ def listed(texts: Iterable[str], shown: int) -> str:
     """Join the first of some texts; dots stand for the others."""
     first = [*islice(texts, shown + 1)]
     return ", ".join(first if len(first) <= shown else [*first[:shown], "..."])
+
+
+def free_name(parameter: str, taken: Collection[str]) -> str:
+    """Name of a parameter among other names: ``parameter_d`` where one of these is ``d``."""
+    return f"parameter_{parameter}" if parameter in taken else parameter
 
 
 def numbered(name: str, values: NDArray[Any]) -> dict[str, Column]:

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.checks import finite_number
 from stickslip.results.parts import part
 from stickslip.results.result import Result
-from stickslip.results.table import listed, numbered
+from stickslip.results.table import free_name, listed, numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -405,7 +405,12 @@ class Curve(Result):
         return "\n".join(lines)
 
     def _columns(self) -> dict[str, Any]:
-        columns: dict[str, Any] = dict(self.parameters)
+        others = self._other_columns()
+        own = {free_name(name, others): item for name, item in self.parameters.items()}
+        return {**own, **others}
+
+    def _other_columns(self) -> dict[str, Any]:
+        columns: dict[str, Any] = {}
         if self.kind == "equilibrium":
             columns["growth_rate"] = self.multipliers.real.max(axis=1)
         elif self.multipliers.ndim == 1:
@@ -420,7 +425,7 @@ class Curve(Result):
         return {**columns, **numbered(name, self.points)}
 
     def _coordinates(self) -> tuple[str, ...]:
-        return (self.parameter,)
+        return (free_name(self.parameter, self._other_columns()),)
 
     @property
     def _plot(self) -> str:  # type: ignore[override]

@@ -15,7 +15,7 @@ from stickslip.checks import whole_number
 from stickslip.extras import require_extra
 from stickslip.results.parts import part
 from stickslip.results.result import Result
-from stickslip.results.table import SHOWN, Table, more, numbered
+from stickslip.results.table import SHOWN, Table, free_name, more, numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,6 +27,12 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Indices
 
 LAST: Final = ("multiplier", "lyapunov")  # columns behind those of the points
+LABELS: Final = (
+    *("orbit", "multiplier", "period", "attractor", "attractor_at", "attractor_kind"),
+    *("attractor_period", "lyapunov", "breakpoint", "breakpoint_kind"),
+    *("branch", "point", "row", "iterate", "line", "coordinate"),
+)
+"""Variables and dimensions of the labelled arrays."""
 
 
 @part
@@ -165,7 +171,8 @@ class Diagram(Result):
         """Lay out orbits, then attractors, then breakpoints, a row for each point."""
         parts = [*self._orbit_points(), self._attractor_points(), *self._break_points()]
         names = [name for name in parts[0] if name != "value"]
-        columns = {self.parameter: np.concatenate([part["value"] for part in parts])}
+        name = free_name(self.parameter, {*names, *LABELS})
+        columns = {name: np.concatenate([part["value"] for part in parts])}
         for name in names:
             column = np.concatenate([part[name] for part in parts])
             columns[name] = column.real
@@ -239,7 +246,7 @@ class Diagram(Result):
         """
         require_extra("sweep", "labelled arrays", "xarray")
         xarray = importlib.import_module("xarray")
-        name, n = self.parameter, len(self.values)
+        name, n = next(iter(self.table())), len(self.values)
         coordinates = self.attractors.points.shape[2:]
         points = np.full((len(self.orbits), n, self.max_period, *coordinates), np.nan)
         for row, orbit in zip(points, self.orbits, strict=True):

@@ -21,6 +21,7 @@ from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.waiting import waits
 from stickslip.numerics.zeros import halved
 from stickslip.results.result import Result
+from stickslip.results.table import free_name
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
@@ -131,7 +132,8 @@ class ReturnRegion(Result):
     def _columns(self) -> dict[str, Any]:
         """Lay out the gaps, a row each."""
         rows = [next(gap.table().rows()) for gaps in self.gaps for gap in gaps]
-        names = {self.parameter: "value"} | {name: name for name in Gap._column_names[1:]}
+        others = Gap._column_names[1:]
+        names = {free_name(self.parameter, others): "value"} | {name: name for name in others}
         return {name: [row[own] for row in rows] for name, own in names.items()}
 
     def __repr__(self) -> str:
