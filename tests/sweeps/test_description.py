@@ -143,6 +143,17 @@ def test_a_map_has_no_events(tmp_path):
         ss.sweep(f, {"r": (3, 4, 3)}, ["events"], store=tmp_path / "x")
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("d", "axis 'd': the system has a parameter of that name"), ("iterate", "'iterate' is taken")],
+)
+def test_a_parameter_of_a_name_that_is_taken_is_refused(name, words, tmp_path):
+    f = ss.PiecewiseMap(f"{name} * x * (1 - x)", (0, 1), parameters={name: 3.2})
+    with pytest.raises(ValueError, match=words):
+        ss.sweep(f, {name: [3.1, 3.3]}, ["orbit_points"], store=tmp_path / "store")
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_is_no_system_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"a model, its event map, .* or a PiecewiseMap"):
         ss.sweep(ss.Oscillator, {"V": [1.0]}, ["attractor"], store=tmp_path / "x")

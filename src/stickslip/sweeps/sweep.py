@@ -297,9 +297,14 @@ def _job(
         d = finite_number(START, d)
     if (d is not None or START in axes) and START in system.lacks:
         raise ValueError(f"d: {system.lacks[START]}.")
+    if START in axes and START in system.identity()["parameters"]:
+        raise ValueError(
+            "axis 'd': the system has a parameter of that name, which is the starting point's. "
+            "Give the parameter another name."
+        )
     check_needs(system, observables)
     for each in observables:
-        for name in (output.name for output in each.outputs()):
+        for name in (name for output in each.outputs() for name in (output.name, *output.dims)):
             if name in axes or name == MARKS:
                 raise ValueError(f"observable {each.name!r}: the name {name!r} is taken.")
     for name, each_axis in axes.items():
