@@ -66,6 +66,10 @@ def both(f, d):
     return [d, f(d)]
 
 
+def half(f, d):
+    return 0.5
+
+
 def start_of(f, d):
     return d
 

@@ -130,6 +130,11 @@ def test_a_bad_description_is_refused_before_anything_is_written(tmp_path, more,
         (lambda: ss.observables.Function(function="nowhere:f"), "'nowhere:f' cannot be imported"),
         (lambda: ss.observables.Function(function="math:nothing"), "cannot be imported"),
         (lambda: ss.observables.Function(function=small.both, dtype="U3"), "a type of numbers"),
+        *(
+            (lambda label=label: ss.observables.Function(function=small.both, label=label), words)
+            for label in ("a/b", "zarr.json", "..", " ", "__x", "-a")
+            for words in ("label = .* letters, digits",)
+        ),
     ],
 )
 def test_an_observable_with_bad_settings_is_refused(make, words):

@@ -321,6 +321,20 @@ def test_a_tile_that_fails_keeps_no_other_from_being_stored(tmp_path):
     assert np.isfinite(found.fails_somewhere[:8]).all()
 
 
+@pytest.mark.parametrize(
+    ("declared", "words"),
+    [
+        ({"shape": (2,)}, r"half = 0\.5 has the shape \(\): shape = \(2,\) was declared"),
+        ({"dtype": "int32"}, r"half = 0\.5 is no int32, which was declared: that would store 0\."),
+        ({"dtype": "bool"}, r"half = 0\.5 is no bool, .* store True\."),
+    ],
+)
+def test_what_a_function_returns_is_stored_as_it_was_declared_or_not(tmp_path, declared, words):
+    wanted = [ss.observables.Function(function=small.half, **declared)]
+    with pytest.raises(TilesFailed, match=words):
+        small.run(tmp_path / "x", axes={"V": [0.03, 0.04]}, observables=wanted, chunks=None)
+
+
 @pytest.mark.parametrize("name", ["x.zip", "folder/deep/x.zip"])
 def test_a_zip_file_appears_whole(tmp_path, whole, name):
     store = tmp_path / name

@@ -10,6 +10,7 @@ OrbitPoints(transient=1000, n=100, max_period=256, count=16)
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -26,6 +27,8 @@ from stickslip.sweeps.system import Run
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from stickslip.sweeps.job import Points
     from stickslip.sweeps.system import System
 
@@ -43,6 +46,7 @@ __all__ = [
     "as_observables",
 ]
 
+LABEL: Final = r"(?!__)\w[\w -]*|"  # zarr keeps names that begin with __
 KINDS: Final = {UNDECIDED: "undecided", LEFT: "left", PERIODIC: "periodic", CHAOTIC: "chaotic"}
 
 
@@ -267,7 +271,11 @@ class Function(Observable):
             is_number = False
         if not is_number:
             raise ValueError(f"dtype = {shown(self.dtype)}: a type of numbers is needed.")
-        instance("label", self.label, str, "text")
+        if not re.fullmatch(LABEL, instance("label", self.label, str, "text")):
+            raise ValueError(
+                f"label = {shown(self.label)}: a name of letters, digits, _, - and blanks is "
+                "needed, which begins with no blank or -: it names a folder of the store."
+            )
         if dimensions(self.shape) != 1:
             raise ValueError(f"shape = {shown(self.shape)} is not a tuple of whole numbers.")
         sizes = self.shape
@@ -285,8 +293,26 @@ class Function(Observable):
         assert callable(self.function)
         result = np.empty((points.size, *self.shape), dtype=self.dtype)
         for i, (f, d) in enumerate(points.maps()):
-            result[i] = self.function(f, d)
+            result[i] = self._declared(self.function(f, d))
         return {self.label: result}
+
+    def _declared(self, value: Any) -> NDArray[Any]:
+        """Return what the function gave as the type and shape that were declared."""
+        given = np.asarray(value)
+        if given.shape != self.shape:  # else NumPy would repeat it
+            raise ValueError(
+                f"{self.label} = {shown(value)} has the shape {given.shape}: shape = {self.shape} "
+                "was declared. Declare the shape of what the function returns."
+            )
+        with np.errstate(invalid="ignore", over="ignore"):
+            stored = given.astype(self.dtype)
+        if stored.dtype.kind != "f" and (stored != given).any():
+            raise ValueError(
+                f"{self.label} = {shown(value)} is no {self.dtype}, which was declared: that would "
+                f"store {shown(stored.tolist())}. Declare a dtype that holds what the function "
+                "returns."
+            )
+        return stored
 
     def identity(self) -> dict[str, Any]:
         """Describe the function by its source text."""
