@@ -130,7 +130,10 @@ def test_the_page_is_written_into_a_folder(tmp_path, capsys):
     older.parent.mkdir(parents=True)
     older.write_text("{}")  # by an older version
     (folder / "index.html").write_text("older")
-    assert run(["explore", "--export", str(folder)]) == 0
+    assert run(["explore", "--export", str(folder)]) == 3
+    assert "index.html exists; --force replaces it" in capsys.readouterr().err
+    assert (folder / "index.html").read_text() == "older"
+    assert run(["explore", "--export", str(folder), "--force"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(folder / "index.html")
     assert "data-alone" in (folder / "index.html").read_text(encoding="utf-8")
     assert len(first_views(folder)) == len(preset_names())
@@ -151,6 +154,8 @@ def test_the_page_is_written_into_one_file(tmp_path, monkeypatch, capsys):
     text = page.read_text(encoding="utf-8")
     assert re.findall(r'(?:src|href)="([^"#]*)"', text) == []  # it loads nothing
     assert "from a web server" not in text
+    assert run(["explore", "--export", str(page)]) == 3
+    assert page.read_text(encoding="utf-8") == text
 
 
 @pytest.mark.parametrize(
@@ -210,7 +215,7 @@ def test_the_written_page_begins_with_the_plant_of_a_file_or_a_preset(tmp_path, 
     first, *others = first_views(folder)
     assert (first["title"], first["state"]["model"]["alpha"]) == ("mine.toml", 0.7)
     assert [view["name"] for view in others] == list(preset_names())
-    assert run(["explore", "--preset", "law9", "--export", str(folder)]) == 0
+    assert run(["explore", "--preset", "law9", "--export", str(folder), "--force"]) == 0
     views = [view["name"] for view in first_views(folder)]
     assert (views[0], sorted(views)) == ("law9", sorted(preset_names()))
     assert run(["explore", "--preset", "no", "--export", str(folder)]) == 2

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from stickslip.cli.options import Flag, OutputOptions, Whole
-from stickslip.cli.output import note, tracked
+from stickslip.cli.output import check_new, note, tracked
 from stickslip.cli.process import UsageError
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def explore(
     preset: str | None = None,
     model: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     export: Path | None = None,
+    force: Flag = False,
 ) -> None:
     """Open the explorer: map, motions and bifurcations of a model, linked, in the browser.
 
@@ -66,6 +67,8 @@ def explore(
         opens from a disk, if the name ends in .html; else into a folder for any web server. It
         has presets and tour, all answers for the plant of --model, which takes a minute, and
         computes maps and motions of two equal undamped blocks itself.
+    force
+        Replace the page if it exists.
     """
     if not 0 <= port <= HIGHEST_PORT:
         raise UsageError(f"--port {port}: a port is a number from 0 to {HIGHEST_PORT}")
@@ -81,6 +84,8 @@ def explore(
 
     if preset is not None and preset not in preset_names():
         raise UsageError(f"--preset {preset}: choose one of {', '.join(preset_names())}")
+    if export is not None:
+        check_new(export if export.suffix == ".html" else export / "index.html", force=force)
     plant = None
     if model is not None:
         from stickslip.app.page import opened  # loads the library

@@ -53,14 +53,19 @@ PICTURE_SUFFIXES = tuple(f".{name}" for name in PICTURE_FORMATS)
 def new_files(paths: Sequence[Path], *, force: bool) -> Iterator[list[Path]]:
     """Give files to write; they appear under their names when the block ends well."""
     for path in paths:
-        if path.is_dir():
-            raise UsageError(f"{path} is a folder; give the name of a file")
-        if path.is_file() and not force:
-            raise RefusalError(f"{path} exists; --force replaces it")
+        check_new(path, force=force)
     with ExitStack() as stack:
         yield [_entered(stack, path) for path in paths]
         with all_or_none():
             stack.close()
+
+
+def check_new(path: Path, *, force: bool) -> None:
+    """Refuse a file that exists, unless `force` replaces it."""
+    if path.is_dir():
+        raise UsageError(f"{path} is a folder; give the name of a file")
+    if path.is_file() and not force:
+        raise RefusalError(f"{path} exists; --force replaces it")
 
 
 def _entered(stack: ExitStack, path: Path) -> Path:
