@@ -14,7 +14,7 @@ from stickslip import examples as models
 from stickslip.analysis.attractors.basin_pieces import EdgeCause
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
-from stickslip.analysis.branches.branches import breakpoints
+from stickslip.analysis.branches.branches import branches, breakpoints
 from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
@@ -135,6 +135,17 @@ def test_a_branch_of_the_users_own_map_is_given_its_map_again(path, branch):
     assert again.system.parameters == {"r": 3.3}
     assert np.array_equal(again.at(r=3.2).points, branch.at(r=3.2).points)
     assert again.at(r=3.2).multiplier == branch.at(r=3.2).multiplier
+
+
+def test_branches_of_the_users_own_map_are_loaded_without_it(path):
+    f = examples.logistic(3.3)
+    found = branches(f)
+    save(found, path)
+    alone = load(path)
+    assert alone.f is None
+    assert alone.table() == found.table()
+    assert repr(alone) == repr(found)
+    assert load(path, f) == found
 
 
 def test_a_system_with_other_parameters_is_refused(path, branch):

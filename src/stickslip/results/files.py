@@ -431,7 +431,8 @@ class _Reader:
             if name != KIND
         }
         for name, value in fields.items():
-            if name in hints and not _fits(value, hints[name]):
+            is_missing = value is None and _is_map(written[name])  # nobody gave it again
+            if name in hints and not is_missing and not _fits(value, hints[name]):
                 given = f"{reprlib.repr(value)} ({type(value).__name__})"
                 raise _DamagedError(f"{place}.{name} = {given} is no {_named(hints[name])}.")
         known = inspect.signature(cls).parameters
@@ -483,6 +484,10 @@ class _Reader:
                 f"system with {', '.join(parameters) or 'none'}."
             )
         return system.replace(**parameters) if parameters else system
+
+
+def _is_map(written: Any) -> bool:
+    return isinstance(written, dict) and written.get(KIND) == "map"
 
 
 class _SystemError(ValueError):
