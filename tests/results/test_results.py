@@ -105,6 +105,33 @@ def test_a_parameter_keeps_its_column_whatever_it_is_called(samples, kind):
             assert np.array_equal(there, array, equal_nan=array.dtype.kind == "f")
 
 
+@pytest.mark.parametrize(
+    ("f", "empty", "point"),
+    [
+        (ss.event_map(ss.examples.coulomb()), (0,), ()),
+        (ss.event_map(ss.examples.coulomb()), (2, 0), ()),
+        (ss.PiecewiseMap("r * x * (1 - x)", (0, 1), parameters={"r": 3.3}), (0,), ()),
+        (ss.Map(lambda x: x[..., ::-1] / 2, 2), (0, 2), (2,)),
+    ],
+    ids=str,
+)
+def test_values_at_no_points_are_a_table_without_rows(f, empty, point):
+    one = f.evaluate(np.zeros(point)).table()
+    none = f.evaluate(np.zeros(empty))
+    assert none.table().n_rows == 0
+    assert list(none.table()) == list(one)
+    assert repr(none)
+
+
+def test_what_has_numbers_for_keys_has_names_in_netcdf(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    found = ss.attractors(ss.PiecewiseMap("r * x", (0, 1), parameters={"r": 3.0}))
+    found.save(tmp_path / "left.nc")
+    attributes = xarray.load_dataset(tmp_path / "left.nc").attrs
+    ((status, count),) = found.statuses.items()
+    assert attributes[f"statuses_{status}"] == count > 0
+
+
 def test_lists_have_the_columns_of_their_items(samples):
     lists = [name for name in NAMES if isinstance(samples[name], ResultList)]
     assert len(lists) > 5

@@ -102,7 +102,9 @@ class Result:
         for item in dataclasses.fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, dict):
-                found |= {str(key): one for key, one in value.items() if np.isscalar(one)}
+                numbers = ((key, one) for key, one in value.items() if np.isscalar(one))
+                # A status of motions, -2, is a key, and no name.
+                found |= {k if isinstance(k, str) else f"{item.name}_{k}": v for k, v in numbers}
             elif isinstance(value, bool | int | float | str):
                 found[item.name] = int(value) if isinstance(value, bool) else value
         return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import islice
 from typing import Any, Final, TypeAlias
@@ -122,6 +123,12 @@ def listed(texts: Iterable[str], shown: int) -> str:
     """Join the first of some texts; dots stand for the others."""
     first = [*islice(texts, shown + 1)]
     return ", ".join(first if len(first) <= shown else [*first[:shown], "..."])
+
+
+def per_point(values: Any, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Arrange what is known at points of a shape in rows, one for each point."""
+    values = np.asarray(values)
+    return values.reshape(math.prod(shape), math.prod(values.shape[len(shape) :]))
 
 
 def free_name(parameter: str, taken: Collection[str]) -> str:

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.checks import MOST_STEPS, real_numbers, whole_number
 from stickslip.results.result import Result
-from stickslip.results.table import numbered
+from stickslip.results.table import numbered, per_point
 from stickslip.status import OK
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -189,11 +189,11 @@ class PointValues(Result):
     _drawn: ClassVar = ("point", "value")
 
     def _columns(self) -> dict[str, Any]:
-        n = self.status.size
+        shape = self.status.shape
         return {
-            "point": np.arange(n) + 1,
-            **numbered("value", self.value.reshape(n, -1)),
-            **numbered("derivative", self.derivative.reshape(n, -1)),
+            "point": np.arange(self.status.size) + 1,
+            **numbered("value", per_point(self.value, shape)),
+            **numbered("derivative", per_point(self.derivative, shape)),
             **{name: getattr(self, name).ravel() for name in ("label", "status", "margin")},
         }
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stickslip import status as status_codes
 from stickslip.numerics.arrays import Floats
 from stickslip.results.result import Result
-from stickslip.results.table import aligned, listed, numbered
+from stickslip.results.table import aligned, listed, numbered, per_point
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,14 +63,15 @@ class EventMapResult(Result):
             "EventMapResult: "
             + ", ".join(f"{c} {status_codes.NAMES[n]}" for n, c in zip(names, counts, strict=True))
         ]
-        lines += self._rows(statuses.size) if statuses.size else []
+        lines += self._rows() if statuses.size else []
         if statuses.size > 8:
             lines.append(f"... {statuses.size - 8} more")
         return "\n".join(lines)
 
-    def _rows(self, n: int) -> list[str]:
+    def _rows(self) -> list[str]:
         """Lines of the first motions; of many blocks the differences and the largest slope."""
-        value, slope = (np.reshape(field, (n, -1))[:8] for field in (self.value, self.derivative))
+        shape = np.shape(self.status)
+        value, slope = (per_point(field, shape)[:8] for field in (self.value, self.derivative))
         facts = (self.duration, self.n_events, self.margin)
         formats = ("{:.6g}", "{:d}", "{:.2g}")
         rest = [
@@ -89,11 +90,11 @@ class EventMapResult(Result):
 
     def _columns(self) -> dict[str, Any]:
         facts = ("duration", "n_events", "label", "margin", "status")
-        n = np.size(self.status)
+        shape = np.shape(self.status)
         return {
-            **numbered("d", np.reshape(self.d, (n, -1))),
-            **numbered("value", np.reshape(self.value, (n, -1))),
-            **numbered("derivative", np.reshape(self.derivative, (n, -1))),
+            **numbered("d", per_point(self.d, shape)),
+            **numbered("value", per_point(self.value, shape)),
+            **numbered("derivative", per_point(self.derivative, shape)),
             **{name: np.ravel(getattr(self, name)) for name in facts},
             "status_name": np.asarray(status_codes.NAMES)[np.ravel(self.status)],
         }
