@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -143,6 +144,29 @@ def test_the_page_is_written_into_a_folder(tmp_path, capsys):
     inner = slice(5, None, 97)  # ends of branches have one-sided values
     x = explained["x"][inner].astype(float)
     np.testing.assert_allclose(f(x), explained["f"][inner], rtol=SINGLE, atol=1e-5)
+
+
+def test_a_file_of_the_page_for_which_there_is_no_room_is_named(tmp_path, monkeypatch, capsys):
+    resource = pytest.importorskip("resource")
+    folder = tmp_path / "page"
+    write = Path.write_bytes
+
+    def full(path, content):
+        if folder in path.parents:
+            before = resource.getrlimit(resource.RLIMIT_FSIZE)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+            try:
+                return write(path, content)
+            finally:
+                resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        return write(path, content)
+
+    monkeypatch.setattr(live, "LAWS", {})
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert run(["explore", "--export", str(folder)]) == 2
+    said = capsys.readouterr().err
+    assert re.fullmatch(rf"stickslip explore: cannot use {folder}/[^:]*: File too large\n", said)
+    assert not (folder / "index.html").exists()
 
 
 def test_the_page_is_written_into_one_file(tmp_path, monkeypatch, capsys):

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from stickslip.numerics.arrays import Floats
 
 INDEX: Final = "index.json"
+PAGE: Final = "index.html"
 FIRST: Final = {"samples", "followed", "dots", "coarse"}
 """Parts that later ones of the same answer replace."""
 NO_SERVER: Final = (
@@ -191,13 +192,27 @@ def export(place: Path, first: dict[str, Any] | None = None) -> Path:
 
     It begins with `first`, a preset of the page or of a plant that was opened.
     """
-    if place.suffix == ".html":
-        with tempfile.TemporaryDirectory() as name, whole_file(place) as temporary:
-            export(Path(name), first)
-            temporary.write_text(one_file(Path(name)), encoding="utf-8")
-        return place
-    static = place / "static"
-    shutil.copytree(STATIC, static, dirs_exist_ok=True)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        if place.suffix == ".html":
+            with whole_file(place) as temporary:
+                _export(folder, first)
+                temporary.write_text(one_file(folder), encoding="utf-8")
+            return place
+        place.mkdir(parents=True, exist_ok=True)
+        _export(folder, first)
+        # The page comes last: where there is no room for all of them, there is none.
+        for path in sorted(filter(Path.is_file, folder.rglob("*")), key=lambda p: p.name == PAGE):
+            copy = place / path.relative_to(folder)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(copy) as temporary:
+                temporary.write_bytes(path.read_bytes())
+    return place / PAGE
+
+
+def _export(folder: Path, first: dict[str, Any] | None) -> None:
+    static = folder / "static"
+    shutil.copytree(STATIC, static)
     live.write(static / "live")
     if first is not None and first not in presets():
         first = _begun(first)
@@ -206,8 +221,7 @@ def export(place: Path, first: dict[str, Any] | None = None) -> Path:
     (static / SHIPPED.name / PRESETS).write_bytes(msgspec.json.encode(views))
     alone = page().replace('<html lang="en"', '<html lang="en" data-alone', 1)
     alone = alone.replace("</body>", f"  {NO_SERVER}\n  </body>")
-    (place / "index.html").write_text(alone, encoding="utf-8")
-    return place / "index.html"
+    (folder / PAGE).write_text(alone, encoding="utf-8")
 
 
 if __name__ == "__main__":
