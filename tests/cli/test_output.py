@@ -196,6 +196,9 @@ def test_a_document_has_the_four_parts():
 
 def test_an_error_document_names_type_and_reason(monkeypatch):
     monkeypatch.setattr(Spoken, "options", dict)  # those of a command that ran before
+    missing = FileNotFoundError(2, "No such file", "mine.toml")
+    told = json.loads(error_document("map", missing))["error"]
+    assert told == {"type": "FileNotFoundError", "message": "cannot use mine.toml: No such file"}
     parts = json.loads(error_document("map", ValueError("alpha = -1")))
     assert parts == {
         "schema": 1,

@@ -209,6 +209,8 @@ def of_file() -> Iterator[None]:
 
 def told_as(error: BaseException) -> str:
     """Repeat an error in words of the command line, which the program's own errors have."""
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"cannot use {error.filename}: {error.strerror}"
     own = isinstance(error, CommandError | CycloptsError)
     return str(error) if own else in_options(str(error))
 

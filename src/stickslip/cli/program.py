@@ -154,8 +154,6 @@ def _is_lost(error: BaseException) -> bool:
 
 def _message(error: BaseException) -> str:
     expected = isinstance(error, CycloptsError | CommandError) or exit_code_of(error) != 1
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"cannot use {error.filename}: {error.strerror}"
     if isinstance(error, OSError) and _is_lost(error):
         return f"cannot write to the standard output: {error.strerror}"
     text = told_as(error) or type(error).__name__
