@@ -261,7 +261,8 @@ def test_a_scheduler_that_is_not_there_is_told(plan, capsys, monkeypatch):
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plots")
-    (folder / "plan.toml").write_text(PLAN)
+    orbit = '{name = "orbit_points", transient = 40, n = 64, count = 3}'
+    (folder / "plan.toml").write_text(PLAN.replace("},\n]", f"}},\n{orbit}]"))
     assert main(["sweep", str(folder / "plan.toml")]) == 0
     return folder / "map.zarr"
 
@@ -269,7 +270,7 @@ def store(tmp_path_factory):
 @pytest.mark.parametrize(
     "chosen",
     [
-        *([], ["--at", "V=0.03"]),
+        *([], ["--at", "V=0.03"], ["--variable", "orbit", "--at", "iterate=2"]),
         *(["--variable", name] for name in ("kind", "period", "lyapunov_exponent")),
     ],
 )
@@ -288,6 +289,9 @@ def test_a_map_is_drawn(store, tmp_path, capsys, chosen):
         (["--at", "V=0.03", "--at", "alpha=1"], "has the axes none: a picture has one or two"),
         (["--at", "v=0.03"], "--at v=0.03: the axes are"),
         (["--at", "V=x"], "--at V=x: NAME=VALUE is needed"),
+        (["--at", "V=nan"], "--at V = nan is not allowed: --at V must be a finite number"),
+        (["--variable", "orbit"], "has the axes V, alpha, iterate"),
+        (["--at", "iterate=3"], "--at iterate (counted from 0) must be a whole number from 0 to 2"),
     ],
 )
 def test_what_cannot_be_drawn_is_told(store, tmp_path, capsys, options, words):

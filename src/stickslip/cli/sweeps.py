@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from stickslip.checks import finite_number, whole_number
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole, pairs
 from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, of_file
 from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
@@ -164,7 +165,8 @@ def plot(
     variable
         What to draw; by default the first variable of the store.
     at
-        The value of an axis that is not drawn, the nearest of those computed; for each.
+        The value of an axis that is not drawn, the nearest of those computed; for each. Of other
+        axes, such as the points of an orbit (iterate), the place, counted from 0.
     curve
         File with a bifurcation curve in the two parameters that are drawn; for each.
     force
@@ -183,10 +185,16 @@ def plot(
 
 
 def _cut(dataset: xarray.Dataset, at: tuple[str, ...]) -> xarray.Dataset:
-    """Choose values of axes, those that were computed nearest to what is asked for."""
+    """Choose values of axes, those that were computed nearest, and places of points of an orbit."""
     for name, number in pairs("--at", at, "V=0.03", float).items():
-        if name not in dataset.dims or name not in dataset.coords:
-            axes = ", ".join(map(str, dataset.coords))
+        if name not in dataset.dims:
+            axes = ", ".join(map(str, dataset.dims))
             raise UsageError(f"--at {name}={number}: the axes are {axes}")
-        dataset = dataset.sel({name: number}, method="nearest")
+        if name in dataset.coords:
+            value = finite_number(f"--at {name}", number)
+            dataset = dataset.sel({name: value}, method="nearest")
+        else:
+            last = dataset.sizes[name] - 1
+            place = whole_number(f"--at {name}", number, 0, at_most=last, what="counted from 0")
+            dataset = dataset.isel({name: place})
     return dataset
