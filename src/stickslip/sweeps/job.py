@@ -105,6 +105,8 @@ def as_axes(given: Mapping[str, AxisLike]) -> dict[str, Axis]:
     instance("axes", given, Mapping, 'values by name, {"V": (0.03, 0.05, 12)}')
     if not given:
         raise ValueError("axes = {}: a sweep needs at least one axis, {name: values}.")
+    for name in given:
+        instance("a name in axes", name, str, 'text, as in {"V": (0.03, 0.05, 12)}')
     return {name: _as_axis(name, values) for name, values in given.items()}
 
 
