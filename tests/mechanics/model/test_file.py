@@ -397,6 +397,11 @@ BAD = {
         'kind = "two_block"\nphysical = 1\n[friction]\nlaw = "coulomb"\nmu = 0.2\n',
         ["[physical]", "m, k, k12, fs1, fs2, v_dr"],
     ),
+    "weights of a contact as whole numbers": (
+        'kind = "structure"\nmass = [1, 1, 1]\nstiffness = [1, 1, 1]\n[[contact]]\n'
+        'at = [0, 1, 0]\nfriction = "coulomb:mu=0.2"\n',
+        ["[[contact]] 0 at = [0, 1, 0] (list): two whole numbers", "decimal numbers, [1.0, 0.0]"],
+    ),
     "units lack one": (COULOMB + "[units]\nm = 1\nk = 1\n", ["[units]", "lacks fs1"]),
     "units out of range": (
         COULOMB + "[units]\nm = 1\nk = 1\nfs1 = -2\n",

@@ -180,6 +180,11 @@ def _contact(place: str, table: Any) -> Contact:
     with within(f"{place} "):
         at, wave = given["at"], given.pop("belt", None)
         if isinstance(at, list) and all(isinstance(entry, int) for entry in at):
+            if len(at) != 2:
+                raise ValueError(
+                    f"at = {shown(at)}: two whole numbers name two bodies that rub on each other; "
+                    "weights, one for each coordinate, are decimal numbers, [1.0, 0.0]."
+                )
             given["at"] = tuple(at)
         if isinstance(given["friction"], list):
             raise ValueError("friction: a contact has one law. Write [contact.friction] once.")
