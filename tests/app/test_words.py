@@ -24,6 +24,7 @@ COULOMB = ss.Coulomb(mu=0.3)
         ("[[friction]] 1 mu = 3", "block 2: mu = 3"),
         ("[[friction]] of block 2: mu = 3", "block 2: mu = 3"),
         ("s failed: ZeroDivisionError: float division by zero", "s failed: division by zero"),
+        ("is not drawn. Draw it: motion.plot(), stickslip.plot.film.", "is not drawn. Draw it."),
     ],
 )
 def test_what_names_python_is_left_out_and_what_files_name_has_its_name(theirs, own):

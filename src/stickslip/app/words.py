@@ -25,7 +25,7 @@ QUOTED: Final = re.compile(r"(?<!\w)(['\"]).*?\1(?!\w)")
 ENTRY: Final = re.compile(QUOTED.pattern + r"|\b(\w+)\[(\d+)(?:, (\d+))?\]")
 CLAUSES: Final = re.compile(r"(?<=[.;:,]) (?=\S)")
 PYTHON: Final = re.compile(
-    r"\b(?:ss|stickslip|model)\.\w|\w=(?![-\d.{])|\bmax_(?:events|time)\b|\w\(\.\.\."
+    r"\b(?:ss|stickslip|model)\.\w|\w=(?![-\d.{])|\bmax_(?:events|time)\b|\w\(\.\.\.|\w\.\w+\("
 )
 
 
