@@ -1064,3 +1064,15 @@ def test_a_start_that_comes_to_ride_leaves_the_parameters_determined() -> None:
     fitted = ss.fit(model.replace(V=0.12), ss.Record(t, motion.x(t), motion.v(t)), ["V", "mu_1"])
     assert fitted.undetermined == ()
     assert fitted.values == pytest.approx([0.11, 0.3], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["v0", "x0", "d", "v0_1"])
+def test_a_parameter_called_as_the_start_of_a_motion_is_refused(name):
+    law = ss.friction_law(f"m + (1 - m) * exp(-s / {name})", parameters={"m": 0.5, name: 0.3})
+    model = ss.Oscillator(V=0.2, friction=law)
+    for data in (
+        ss.Record(T, np.sin(T)[:, None]),
+        ss.EventTimes([1.0, 2.0], "stick", x0=[0.0], v0=[0.0]),
+    ):
+        with pytest.raises(ValueError, match=f"the model's parameter {name} has the name of"):
+            ss.fit(model, data, ["m"])

@@ -6,9 +6,10 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from abc import ABC, abstractmethod
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -116,10 +117,20 @@ def filled(off: Floats, slope: Floats) -> tuple[Floats, Floats]:
     return np.where(known, off, far), np.where(known[..., None], slope, 0.0)
 
 
+START: Final = re.compile(r"(x0|v0|d)(_\d+)?")
+"""What a derivative by the start of a motion is called."""
+
+
 class Start:
     """How a motion starts: what of it is unknown, and the arguments of `simulate`."""
 
     def __init__(self, data: Record | EventTimes, model: Model) -> None:
+        if taken := next(filter(START.fullmatch, model.parameters), None):
+            # A derivative by that name is one by the parameter.
+            raise ValueError(
+                f"the model's parameter {taken} has the name of a motion's start, which a fit "
+                "seeks, too. Give the parameter of the friction law another name."
+            )
         self.on_belt = data.d is not None
         self.free = data.free_start
         self.given: Floats | None = None
