@@ -333,3 +333,12 @@ def test_times_outside_are_refused() -> None:
     with pytest.raises(ValueError, match="side"):
         by.x(1.0, side="up")  # type: ignore[arg-type]
     assert by.x(np.zeros((2, 3))).shape == (2, 3, 2, 1)
+
+
+def test_laws_of_blocks_whose_parameters_are_called_as_the_start_are_told() -> None:
+    law = ss.friction_law("m + (1 - m) * exp(-s / v0)", parameters={"m": 0.5, "v0": 0.3})
+    model = ss.TwoBlock(alpha=1.0, beta=1.2, V=0.1, friction=(law, law))
+    motion = ss.simulate(model, [0.0, 0.0], [0.1, 0.1], t_end=0.1)
+    assert motion.derivative("v0_2").names == ("v0_2",)  # the parameter, as is promised
+    with pytest.raises(ValueError, match="v0_1, v0_2 of the start are parameters of the model"):
+        motion.derivative("v0")

@@ -427,6 +427,11 @@ def _columns_of(model: Model, asked: tuple[Any, ...], origin: Origin) -> tuple[s
     names: list[str] = []
     for name in asked:
         if isinstance(name, str) and name in starts and name not in model.parameters:
+            if taken := [each for each in starts[name] if each in model.parameters]:
+                raise ValueError(
+                    f"names = {shown(asked)}: {', '.join(taken)} of the start are parameters of "
+                    "the model, too. Give those of the friction laws another name."
+                )
             names += starts[name]
         else:
             names.append(parameter_name("names", name, known, of="this motion"))
