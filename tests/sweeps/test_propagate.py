@@ -113,3 +113,10 @@ def test_a_histogram_is_drawn() -> None:
     pairs = ss.propagate(BLOCK, {"V": [0.1, 0.2]}, lambda model: [model.V, 1.0])
     with pytest.raises(ValueError, match="histogram"):
         pairs.plot()
+
+
+def test_a_parameter_called_quantity_keeps_its_draws() -> None:
+    f = ss.PiecewiseMap("quantity * x * (1 - x)", (0, 1), parameters={"quantity": 3.2})
+    found = ss.propagate(f, {"quantity": [3.1, 3.3]}, lambda f: f.parameters["quantity"] ** 2)
+    assert found.table()["parameter_quantity"].tolist() == [3.1, 3.3]
+    assert found.table()["quantity"].tolist() == [3.1**2, 3.3**2]

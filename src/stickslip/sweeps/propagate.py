@@ -13,6 +13,7 @@ from stickslip.checks import instance, one_of, parameter_name, real_numbers, sho
 from stickslip.identification.data import series
 from stickslip.numerics.waiting import waits
 from stickslip.results.result import Result
+from stickslip.results.table import free_name
 from stickslip.sweeps.job import LARGEST_SEED, POINTS_PER_TILE, Points
 from stickslip.sweeps.observables import as_observable, check_needs
 from stickslip.sweeps.system import rows
@@ -79,7 +80,8 @@ class Propagated(Result):
         return "\n".join(lines)
 
     def _columns(self) -> dict[str, Any]:
-        return {**self.draws, "quantity": list(self.values)}
+        draws = {free_name(name, {"quantity"}): drawn for name, drawn in self.draws.items()}
+        return {**draws, "quantity": list(self.values)}
 
 
 def _in_short(value: Any) -> str:
