@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from stickslip.checks import finite_number, whole_number
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole, pairs
 from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, of_file
 from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
@@ -186,6 +185,8 @@ def plot(
 
 def _cut(dataset: xarray.Dataset, at: tuple[str, ...]) -> xarray.Dataset:
     """Choose values of axes, those that were computed nearest, and places of points of an orbit."""
+    from stickslip.checks import finite_number, whole_number  # loads NumPy
+
     for name, number in pairs("--at", at, "V=0.03", float).items():
         if name not in dataset.dims:
             axes = ", ".join(map(str, dataset.dims))

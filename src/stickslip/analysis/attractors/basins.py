@@ -61,7 +61,7 @@ class Basins(Result):
         Ends of the intervals from left to right; the first and last are the domain's.
     index : ndarray (n,)
         For each interval the place of its attractor in `attractors`; -1 not proved, -2 the
-        orbits leave: they reach a gap or the outside of the domain.
+        orbits leave: they reach a gap, where motions end, or the outside of the domain.
     causes : tuple of EdgeCause
         For each edge, why it is one.
     attractors : AttractorList

@@ -393,7 +393,7 @@ class BifurcationList(ResultList[Bifurcation]):
         Changes that no located bifurcation explains; docs/theory/completeness.md lists the kinds.
     outside : tuple of UnresolvedChange
         Where cycles above `max_period`, chaos or undecided motions attract: what becomes of such
-        cycles there was not asked for.
+        cycles there was not asked for. And what is finer than lists resolve.
     n_lists : int
         Parameter values at which complete lists of orbits were made.
     coverage : Coverage or None
