@@ -203,11 +203,11 @@ def place_of(store: str | PathLike[str], options: dict[str, Any] | None = None) 
             ) from error
         return Place(url, path.rstrip("/"), fs, local, options=options)
     folder, archive = Path(path), None
-    if folder.suffix == ZIP:
+    if folder.suffix.lower() == ZIP:
         folder, archive = folder.with_name(folder.name + WORKING), folder
     if folder.exists() and not folder.is_dir():
         raise StoreRefused(
-            f"store = {shown(url)}: there is a file of that name. Take another name."
+            f"store = {shown(url)} is a file: a sweep is a folder, or an archive in .zip."
         )
     return Place(url, str(folder), fs, local, archive)
 
