@@ -24,7 +24,7 @@ from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial,
 from stickslip.analysis.attractors.in_space.fates import LEFT, MOST_FOLLOWED, UNDECIDED
 from stickslip.analysis.attractors.lyapunov import perturbed
 from stickslip.analysis.attractors.search import BLOCK
-from stickslip.analysis.branches.table import GIVEN_UP, branch_table
+from stickslip.analysis.branches.table import NOT_FOLLOWED, branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import SAME, MapND, advance, checked_points, domain_width
@@ -350,7 +350,7 @@ def _why(branches: BranchTable, known: AttractorList, counts: Integers, work: Wo
     if not counts[UNDECIDED]:
         return ""
     if len(branches.given_up):
-        return next(str(u) for u in branches.unresolved if u.reason.startswith(GIVEN_UP))
+        return next(str(u) for u in branches.unresolved if u.reason.startswith(NOT_FOLLOWED))
     if reasons := [a.reason for a in known if a.kind == "undecided"]:
         return f"undecided attractor: {reasons[0]}"
     return f"{counts[UNDECIDED]} of {counts.sum()} samples reach no known attractor"

@@ -144,7 +144,8 @@ class Mesh:
         self.n_evaluations += x.size
         got = sample(self.f, x)
         nodes = Nodes.at(x, got)
-        if (unknown := np.isin(got.status, GIVEN_UP)).any():
+        if not nodes.ok.all():
+            unknown = np.isin(got.status, GIVEN_UP)
             points, why = nodes.x[unknown], got.status[unknown]
             self.given_up.update(zip(points.tolist(), why.tolist(), strict=True))
         if (long := got.n_events > LONG).any():

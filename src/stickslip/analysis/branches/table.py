@@ -49,7 +49,7 @@ SPENT: Final = 1 << 20  # events of long motions for one table of many, before l
 GAP_PART: Final = 0.25  # of these in its gaps, which tell least; all in those of any other
 LOCATED: Final = 1e-14  # of the domain's size: within rounding of a tie labels may flicker
 
-GIVEN_UP: Final = "motions are not followed to an end, so there may be a value"
+NOT_FOLLOWED: Final = "motions are not followed to an end, so there may be a value"
 
 _RESOLUTION: Final = travels(ContextVar[float | None]("resolution", default=None))
 
@@ -150,7 +150,7 @@ class BranchTable(ResultList[Branch]):
     @cached_property
     def given_up(self) -> Floats:
         """Parts of the gaps where it is not known that there is no value, shape (k, 2)."""
-        rows = [(u.lo, u.hi) for u in self.unresolved if u.reason.startswith(GIVEN_UP)]
+        rows = [(u.lo, u.hi) for u in self.unresolved if u.reason.startswith(NOT_FOLLOWED)]
         return np.array(rows, dtype=np.float64).reshape(-1, 2)
 
     def matters(self, number: int) -> bool:
@@ -330,7 +330,7 @@ def _given_up(mesh: Mesh, gaps: Floats) -> Iterator[Unresolved]:
                 np.searchsorted(x, inside[-1], "right"),
             )
             yield Unresolved(
-                f"{GIVEN_UP} ({MESSAGES[why]}), in",
+                f"{NOT_FOLLOWED} ({MESSAGES[why]}), in",
                 max(lo, float(x[max(before, 0)])),
                 min(hi, float(x[min(after, len(x) - 1)])),
             )

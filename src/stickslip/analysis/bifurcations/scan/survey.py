@@ -26,7 +26,7 @@ from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClass
 from stickslip.analysis.branches.discontinuities import LONG_GAPS, LONG_MOTIONS
 from stickslip.analysis.branches.mesh import WIDE
 from stickslip.analysis.branches.table import (
-    GIVEN_UP,
+    NOT_FOLLOWED,
     branch_table,
     resolution_of_lists,
     tables_complete_above,
@@ -109,7 +109,7 @@ class Survey(Range):
         if LONG_GAPS in open_:
             reason = f"{OUTSIDE}: narrow branches inside gaps, where motions are long"
             self.unresolved.append(UnresolvedChange(reason, self.lo, self.hi))
-        for why in sorted(reason for reason in open_ if reason.startswith(GIVEN_UP)):
+        for why in sorted(reason for reason in open_ if reason.startswith(NOT_FOLLOWED)):
             at = [n.q for n in nodes if any(item.reason == why for item in n.table.unresolved)]
             reason = f"{OUTSIDE}: in gaps {why.removesuffix(', in')}"
             self.unresolved.append(UnresolvedChange(reason, min(at), max(at)))
