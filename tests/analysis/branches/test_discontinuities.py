@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import stickslip as ss
-from stickslip.analysis.branches.discontinuities import FEW, LabelBrackets
+from stickslip.analysis.branches.discontinuities import FEW, LabelBrackets, find_discontinuities
 from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.table import branch_table, tables_complete_above
 from stickslip.analysis.maps.derived import PowerMap
@@ -232,6 +232,29 @@ def test_a_jump_at_which_rounding_chooses_the_side_is_found(flipped):
     assert jump.kind == "jump"
     assert jump.d == pytest.approx(0.3, abs=1e-15)
     assert (jump.left, jump.right) == pytest.approx((-0.7, 0.1), abs=1e-9)
+
+
+def singular_jump(at):
+    """A jump whose sides are logarithms of the distance, left of a change of label at 0.3."""
+    return PiecewiseMap(
+        lambda x: np.where(x < at, 0.016, 0.187) + 2.5e-4 * np.log(np.maximum(abs(x - at), 1e-17)),
+        (-1.0, 1.0),
+        derivative=lambda x: 2.5e-4 / np.where(x == at, 1e-17, x - at),
+        breakpoints=[0.3],
+    )
+
+
+@pytest.mark.parametrize("off", [-1e-11, -1e-12, -1e-13, 0.0, 1e-13, 1e-12, 1e-11])
+def test_a_singular_jump_is_found_wherever_a_mesh_meets_it(off):
+    """Beside it a slope is as steep as the step: law of Stribeck, blocks that creep and let go."""
+    at = 0.3 - 1.6e-9
+    find_discontinuities(mesh := Mesh(singular_jump(at), 1e-9, 64))
+    at = mesh.nodes.x[np.abs(mesh.nodes.x - at).argmin()] + off
+    jump = branch_table(singular_jump(at)).breakpoints[0]
+    assert (jump.kind, jump.quality) == ("jump", "located")
+    assert jump.d == pytest.approx(at, abs=1e-16)
+    # A logarithm has no limit: what is known is how far its values get.
+    assert (jump.left, jump.right) == pytest.approx((0.0068, 0.1778), abs=1e-3)
 
 
 @given(at=st.floats(0.1, 0.9))

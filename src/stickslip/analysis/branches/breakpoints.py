@@ -28,6 +28,7 @@ ROOM: Final = 1 / 64  # h is at most this share of the branch
 STEEPENS: Final = 1.5  # growth of the slope from 4 h to h beyond which it diverges
 ROUNDING: Final = 1e-14  # of the range of values: the value at the break itself is as good
 SINGULAR_ROUNDING: Final = 1e-11  # likewise at an infinite slope, where limits are less sharp
+SAME_EXPONENT: Final = 0.02  # powers of the distance to a break whose exponents are one
 Kind: TypeAlias = Literal["jump", "corner", "smooth", "edge"]
 
 
@@ -110,13 +111,13 @@ def _diverges(mesh: Prober, slopes: Floats) -> Bools:
 def _root_value(values: Floats, slopes: Floats, h: Floats) -> Floats:
     """Extrapolate c0 + c1 |h|^q + c2 h from h and 4 h; q from the slopes, 1/2 if close to it.
 
-    NaN for a pole: nothing is larger than the value at the end.
+    NaN for a pole, or a logarithm: nothing is larger than the value at the end.
     """
     exponent = 1 - np.log(slopes[1] / slopes[2]) / np.log(4.0)
-    exponent = np.where(np.abs(exponent - 0.5) < 0.02, 0.5, exponent)
+    exponent = np.where(np.abs(exponent - 0.5) < SAME_EXPONENT, 0.5, exponent)
     first = values[1] - slopes[1] * h / exponent
     second = values[2] - slopes[2] * 4 * h / exponent
-    return np.where(exponent > 0, (4 * first - second) / 3, np.nan)
+    return np.where(exponent > SAME_EXPONENT, (4 * first - second) / 3, np.nan)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.branches.mesh import FLAT, WIDE, Mesh, Nodes
+from stickslip.analysis.branches.mesh import FLAT, WIDE, Mesh, Nodes, finest
 from stickslip.analysis.maps.protocol import domain_size, domain_width
 from stickslip.results.parts import part
 
@@ -35,6 +35,7 @@ BLURRED: Final = 1e-3  # of the resolution: a wider cut holds more than one tie 
 NEAR: Final = 64.0  # resolutions: doubtful cells this close are one suspect, or none by a break
 SCATTER: Final = 4  # floats beside a cut show how far values scatter; a step is as often larger
 STEP: Final = 1e-10  # of the range of values: smaller steps are rounding, beside a tie of events
+LEAP: Final = 1e-3  # ... and a larger one within the finest resolution is more than a root's
 BEND: Final = 1e-6  # of the slopes: smaller changes are beyond what limits can tell
 
 ACCUMULATE: Final = "branches accumulate: more than are followed, and no wide one, in"
@@ -301,6 +302,7 @@ def find_discontinuities(mesh: Mesh) -> tuple[Discontinuities, list[Unresolved]]
     while len((pairs := search.new_pairs())[0]):
         search.follow(*pairs)
         mesh.refine()
+    search.follow_leaps()
     while search.follow_suspects():
         pass
     return search.result()
@@ -354,6 +356,27 @@ class _Search:
         inside_right = self.mesh.probe(np.minimum(right.x[on_right] + step, hi))
         self.mesh.insert(left.joined(right).joined(inside_left).joined(inside_right))
 
+    def follow_leaps(self) -> None:
+        """Bisect, by values alone, what rises by so much that a jump may hide in the slopes."""
+        # Beside a singular jump they are as steep as the step.
+        nodes = self.mesh.nodes
+        left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
+        leaps = self._leaps(left, right) & nodes.same_as_next() & ~self._hold_cuts(left, right)
+        brackets = Brackets(
+            self.mesh.probe,
+            left.take(leaps),
+            right.take(leaps),
+            lambda _, low, x, high: np.abs(x.value - low.value) < np.abs(high.value - x.value),
+        )
+        brackets.close(lambda: are_apart(self.mesh.f, brackets.left.x, brackets.right.x))
+        real = self._leaps(brackets.left, brackets.right)
+        self._keep(brackets.left.take(real), brackets.right.take(real))
+
+    def _leaps(self, left: Nodes, right: Nodes) -> Bools:
+        """Tell between which points, no farther than the finest resolution, values differ so."""
+        leaps = np.abs(right.value - left.value) > LEAP * self.mesh.value_scale
+        return np.asarray(leaps & (right.x - left.x <= 1.5 * finest(self.mesh.f)))
+
     def follow_suspects(self) -> bool:
         """Bisect breaks without a label, by which side a point is more like; tell if one is new."""
         fresh = [ends for ends in self._suspects() if ends not in self.suspected]
@@ -383,11 +406,13 @@ class _Search:
         order = np.argsort(low.x)
         suspect = np.searchsorted(low.x[order], left.x, "right") - 1
         suspected = (suspect >= 0) & (right.x <= high.x[order][suspect])
-        held = np.diff(np.searchsorted(np.sort(self.left.x), [left.x, right.x]), axis=0)[0] > 0
-        lost = suspected & ~held
-        left, right = left.take(lost), right.take(lost)
+        left, right = left.take(suspected), right.take(suspected)
         lost = np.abs(right.value - left.value) > self._noise(left, right)
         return left.take(lost), right.take(lost)
+
+    def _hold_cuts(self, left: Nodes, right: Nodes) -> Bools:
+        """Tell which cells have a cut inside that is known."""
+        return np.diff(np.searchsorted(np.sort(self.left.x), [left.x, right.x]), axis=0)[0] > 0
 
     def _most_isolated(self, suspects: list[Interval], n: int) -> list[Interval]:
         """Choose those farthest from all other doubtful cells."""
@@ -439,7 +464,7 @@ class _Search:
         nodes = self.mesh.nodes
         left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
         steps = nodes.same_as_next() & is_step(left, right, self.mesh.value_scale)
-        steps &= right.x - left.x <= 1.5 * self.mesh.resolution
+        steps &= (right.x - left.x <= 1.5 * self.mesh.resolution) & ~self._hold_cuts(left, right)
         return left.take(steps), right.take(steps)
 
     def _by_break(self, lo: Floats, hi: Floats) -> Bools:
