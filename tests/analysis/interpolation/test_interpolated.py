@@ -175,7 +175,7 @@ def test_where_branches_are_too_narrow_the_true_map_can_be_asked():
     x = np.random.default_rng(0).uniform(*fast.table.unknown.T).ravel()
     np.testing.assert_array_equal(fast.evaluate(x).value, CANTOR(x))
     np.testing.assert_array_equal(fast.iterate(x, 1)[:, 1], CANTOR(x))
-    assert "_samples" not in vars(fast)  # taken for estimates alone
+    assert "_with_estimates" not in vars(fast)  # taken for estimates alone
 
 
 def test_gaps_say_why_there_is_no_value():

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 SQUARE_ROOT_LEFT: Final = 1  # polynomials in sqrt(t): a square root at the left end of the cell
 SQUARE_ROOT_RIGHT: Final = 2  # ... in sqrt(1 - t): at the right end; else in t itself
+STRAIGHT: Final = 3  # straight lines; the slope is the third coefficient
 TINY: Final = 1e-100  # stands for 0 where that would have to be divided by
 
 
@@ -52,6 +53,8 @@ def cell_value(cells: CellPolynomials, k: int, x: float) -> tuple[float, float]:
     """Value and slope of one cell's polynomial."""
     width = cells.right[k] - cells.left[k]
     t = (x - cells.left[k]) / width
+    if cells.kind[k] == STRAIGHT:
+        return cells.coefficients[k, 0] + cells.coefficients[k, 1] * t, cells.coefficients[k, 2]
     chain = 1.0 / width  # du / dx
     u = t
     if cells.kind[k] == SQUARE_ROOT_LEFT:

@@ -16,6 +16,7 @@ from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.interpolation._kernels import (
     SQUARE_ROOT_LEFT,
     SQUARE_ROOT_RIGHT,
+    STRAIGHT,
     CellPolynomials,
     evaluate_cells,
     iterate_cells,
@@ -118,26 +119,42 @@ class InterpolatedMap:
         return interval_of(x, *self.table.unknown.T) >= 0
 
     @cached_property
-    def _samples(self) -> tuple[Floats, Floats, Floats]:
-        """Points where branches are too narrow for the table, with values and slopes."""
+    def _with_estimates(self) -> CellPolynomials:
+        """Cells also where branches are too narrow for the table: lines about samples there."""
         ends = self.table.unknown
         # Not at regular places: parts of a fractal are alike.
-        share = (
-            np.arange(SAMPLES) + np.random.default_rng(0).random((len(ends), SAMPLES))
-        ) / SAMPLES
-        x = (ends[:, :1] + share * (ends[:, 1:] - ends[:, :1])).ravel()
+        share = np.arange(SAMPLES) + np.random.default_rng(0).random((len(ends), SAMPLES))
+        x = ends[:, :1] + share / SAMPLES * np.diff(ends)
         value, slope = values_and_slopes(self.f, x)
-        return x, value, slope
+        # Values and slopes as likely as the true ones: the nearest sample's, orbits kept apart by
+        # lines to either side of it, towards the next one.
+        middle = 0.5 * (x[:, 1:] + x[:, :-1])
+        before, after = np.column_stack([ends[:, 0], middle]), np.column_stack([middle, ends[:, 1]])
+        up = 0.5 * APART * np.diff(value)
+        down = np.column_stack([up[:, 0], -up])  # the outermost go towards the only one beside them
+        up = np.column_stack([up, -up[:, -1]])
+        left, right = np.concatenate([before, x]).ravel(), np.concatenate([x, after]).ravel()
+        start, rise = np.concatenate([value + down, value]), np.concatenate([-down, up])
+        rows = start, rise, np.concatenate([slope, slope]), *np.zeros((2, *start.shape))
+        coefficients = np.column_stack([row.ravel() for row in rows])
+        known = self.polynomials
+        n = np.count_nonzero(np.isfinite(known.left)) + len(left)  # none: a cell that is no number
+        order = np.argsort(np.concatenate([known.left, left]), kind="stable")[:n]
+        parts = (
+            (known.left, left),
+            (known.right, right),
+            (known.coefficients, coefficients),
+            (known.kind, np.full(left.shape, STRAIGHT)),
+        )
+        return _guided(*(np.concatenate(both)[order] for both in parts))
 
     def _estimated(self, x: Floats) -> tuple[Floats, Floats]:
-        """Values and slopes as likely as the true ones: the nearest sample's, orbits kept apart."""
+        """Values and slopes where branches are too narrow for the table."""
         if self.asks or not x.size:
             return values_and_slopes(self.f, x)
-        at, value, slope = self._samples
-        above = np.clip(np.searchsorted(at, x), 1, len(at) - 1)
-        nearest = above - (x - at[above - 1] < at[above] - x)
-        between = np.interp(x, at, value) - value[nearest]
-        return value[nearest] + APART * between, slope[nearest]
+        value, slope = np.empty((2, x.size))
+        evaluate_cells(self._with_estimates, x, value, slope, np.empty(x.shape, dtype=np.int64))
+        return value, slope
 
     def iterate(self, x: ArrayLike, n: int) -> Floats:
         """Apply the map ``n`` times; shape ``x.shape + (n + 1,)``, NaN once an orbit has left."""
@@ -152,19 +169,35 @@ class InterpolatedMap:
         orbit[:, 0] = start.ravel()
         first = np.zeros(start.size, dtype=np.int64)
         iterate_cells(self.polynomials, orbit, slope, first)
-        rows = np.arange(start.size if len(self.table.unknown) else 0)
+        if len(self.table.unknown):
+            self._through_unknown(orbit, slope)
+        return orbit.reshape((*start.shape, n + 1)), slope.reshape((*start.shape, n))
+
+    def _through_unknown(self, orbit: Floats, slope: Floats) -> None:
+        """Go on with the orbits that ended where branches are too narrow for the table."""
+        rows = np.arange(len(orbit))
         while rows.size:
             ended = np.isnan(orbit[rows])
             rows, first = rows[ended.any(axis=1)], ended.argmax(axis=1)[ended.any(axis=1)]
-            asked = self._are_unknown(orbit[rows, first - 1])
-            rows, first = rows[asked], first[asked]
-            orbit[rows, first], slope[rows, first - 1] = self._estimated(orbit[rows, first - 1])
+            at = orbit[rows, first - 1]
+            asked = self._are_unknown(at)
+            rows, first, at = rows[asked], first[asked], at[asked]
+            if not self.asks:
+                _go_on(self._with_estimates, orbit, slope, rows, first - 1)
+                break
+            orbit[rows, first], slope[rows, first - 1] = values_and_slopes(self.f, at)
             on = np.isfinite(orbit[rows, first])
             rows, first = rows[on], first[on]
-            moved, tilt = orbit[rows], slope[rows]
-            iterate_cells(self.polynomials, moved, tilt, first)
-            orbit[rows], slope[rows] = moved, tilt
-        return orbit.reshape((*start.shape, n + 1)), slope.reshape((*start.shape, n))
+            _go_on(self.polynomials, orbit, slope, rows, first)
+
+
+def _go_on(
+    cells: CellPolynomials, orbit: Floats, slope: Floats, rows: Indices, first: Integers
+) -> None:
+    """Follow some of the orbits from a given column on."""
+    moved, tilt = orbit[rows], slope[rows]
+    iterate_cells(cells, moved, tilt, first)
+    orbit[rows], slope[rows] = moved, tilt
 
 
 def interpolated_map(table: BranchTable) -> InterpolatedMap:
@@ -345,14 +378,18 @@ def _polynomials(cells: Cells, kind: Integers) -> CellPolynomials:
         none = np.full(1, np.nan)
         nowhere = np.zeros(1, dtype=np.int64)
         return CellPolynomials(none, none, np.zeros((1, 5)), nowhere, nowhere, np.nan)
+    return _guided(cells.x0, cells.x1, _coefficients(cells, kind), kind)
+
+
+def _guided(left: Floats, right: Floats, coefficients: Floats, kind: Integers) -> CellPolynomials:
     n = GUIDE * len(kind)
-    lo, hi = float(cells.x0[0]), float(cells.x1[-1])
+    lo, hi = float(left[0]), float(right[-1])
     guides = np.linspace(lo, hi, n + 1)
-    guide = np.clip(np.searchsorted(cells.x0, guides, side="right") - 1, 0, len(kind) - 1)
+    guide = np.clip(np.searchsorted(left, guides, side="right") - 1, 0, len(kind) - 1)
     return CellPolynomials(
-        left=np.ascontiguousarray(cells.x0),
-        right=np.ascontiguousarray(cells.x1),
-        coefficients=np.ascontiguousarray(_coefficients(cells, kind)),
+        left=np.ascontiguousarray(left),
+        right=np.ascontiguousarray(right),
+        coefficients=np.ascontiguousarray(coefficients),
         kind=np.ascontiguousarray(kind, dtype=np.int64),
         guide=guide.astype(np.int64),
         per_unit=n / (hi - lo),

@@ -1,6 +1,7 @@
 """Borders and turning points find themselves in a changed map."""
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from stickslip.analysis.branches.along.tracked import (
 from stickslip.analysis.branches.branches import breakpoints
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
-from stickslip.analysis.maps.protocol import sample
+from stickslip.analysis.maps.protocol import PointValues, sample
 from stickslip.mechanics.eventmap.event_map import EventMap
 
 ROUNDING = 1e-14
@@ -181,6 +182,44 @@ def test_border_near_the_end_of_the_domain_and_outside_a_window():
     assert border.at(inside.replace(slope=1.0 / 0.7)).x == pytest.approx(0.7, abs=ROUNDING)
     with pytest.raises(ConditionLost, match="has left the window"):
         border.at(inside.replace(slope=1.3))
+
+
+@dataclass(frozen=True)
+class Crowded:
+    """Branches ever narrower towards a wide one: x + 0.1 there, on the other side any value."""
+
+    at: float
+    side: int  # of the wide branch
+    domain: tuple[float, float] = (0.0, 1.0)
+    asked: list[int] = field(default_factory=list, compare=False)
+
+    def evaluate(self, x, /):
+        x = np.asarray(x, dtype=float)
+        self.asked.append(x.size)
+        away = self.side * (x - self.at)
+        turn = np.floor(-np.log(np.maximum(-away, 1e-300)) / np.log(1.2)) + 50
+        label = np.where(away >= 0, 7, 10 + turn).astype(np.uint64)
+        value = np.where(away >= 0, x + 0.1, 0.3 + 0.2 * np.sin(turn))
+        nothing = np.full(x.shape, np.nan)
+        return PointValues(value, (away >= 0) * 1.0, label, np.zeros(x.shape, dtype=int), nothing)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_an_edge_beside_a_crowd_is_found_without_telling_its_branches_apart(side):
+    labels = (7, None) if side < 0 else (None, 7)
+
+    def edge(f):
+        return next(b for b in borders_of(f) if (b.left_label, b.right_label) == labels)
+
+    f = Crowded(0.4001, side)
+    reading = edge(Crowded(0.4, side)).at(f)
+    assert sum(f.asked) < 600  # a table takes some thousands
+    assert (reading.labels, reading.kind) == (tuple(label or 0 for label in labels), "edge")
+    assert edge(f).x == pytest.approx(0.4001, abs=1e-6)  # with less resolved, as nearly
+    assert reading.x == pytest.approx(0.4001, abs=TIE)
+    assert reading.value(side) == pytest.approx(0.5001, abs=LIMIT)
+    assert np.isnan(reading.value(-side))
+    assert reading.critical.at(Crowded(0.4, side)).x == pytest.approx(0.4, abs=TIE)
 
 
 def test_turning_point():

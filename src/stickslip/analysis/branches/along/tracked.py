@@ -26,7 +26,13 @@ from stickslip.analysis.branches.discontinuities import are_apart, is_step
 from stickslip.analysis.branches.mesh import RESOLUTION, Nodes, finest
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.derived import WindowMap
-from stickslip.analysis.maps.protocol import domain_width, remembered, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import (
+    domain_width,
+    is_ok,
+    remembered,
+    sample,
+    values_and_slopes,
+)
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.continuation import LeavesRegion
 from stickslip.numerics.zeros import slope_zeros
@@ -141,7 +147,7 @@ class TrackedDiscontinuity:
         if reading is None:
             if self.labelled and not successors:
                 raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
-            reading = _by_table(whole, self)
+            reading = _beside_crowd(whole, self) or _by_table(whole, self)
         lo, hi = f.domain
         if not lo <= reading.x <= hi:
             raise ConditionLost(f"the {self.kind} at {reading.x:.12g} has left the window")
@@ -331,6 +337,29 @@ def _may_replace(other: TrackedDiscontinuity, border: TrackedDiscontinuity) -> b
         return other.kind == border.kind
     shares = other.left_label == border.left_label or other.right_label == border.right_label
     return shares and (other.kind != "smooth" or border.kind == "smooth")
+
+
+@remembered
+def _beside_crowd(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading | None:
+    """Find where a branch ends at a gap, or at branches too narrow to be told apart, if it does."""
+    # The table of a window tells the same after it has told apart as many of these as it can.
+    ends = (-1, border.left_label), (1, border.right_label)
+    branches = [(side, label) for side, label in ends if label is not None]
+    if len(branches) != 1:
+        return None
+    ((side, label),) = branches
+    found = piece_end_near(f, {label}, border.x, side)
+    if found is None or found.kind == "smooth":
+        return None
+    outer = found.interval[side < 0]
+    beyond = sample(f, np.clip([outer, outer - side * finest(f)], *f.domain))
+    if is_ok(beyond).all() and beyond.label[0] == beyond.label[1]:
+        return None  # a branch that is wide enough
+    moved = replace(border, kind="edge", x=found.x, reach=abs(found.x - border.x))
+    edge = replace(found, kind="edge", critical=moved)
+    if side > 0:
+        return replace(edge, left=math.nan, left_slope=math.nan)
+    return replace(edge, right=math.nan, right_slope=math.nan)
 
 
 # ---------------------------------------------------------------- turning points
