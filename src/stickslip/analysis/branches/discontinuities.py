@@ -369,8 +369,9 @@ class _Search:
             lambda _, low, x, high: np.abs(x.value - low.value) < np.abs(high.value - x.value),
         )
         brackets.close(lambda: are_apart(self.mesh.f, brackets.left.x, brackets.right.x))
-        real = self._leaps(brackets.left, brackets.right)
-        self._keep(brackets.left.take(real), brackets.right.take(real))
+        left, right = brackets.left, brackets.right
+        real = self._leaps(left, right) & (np.abs(right.value - left.value) > _smooth(left, right))
+        self._keep(left.take(real), right.take(real))
 
     def _leaps(self, left: Nodes, right: Nodes) -> Bools:
         """Tell between which points, no farther than the finest resolution, values differ so."""
@@ -429,7 +430,7 @@ class _Search:
         """Tell whether adjacent floats differ by more than a smooth function could."""
         with np.errstate(all="ignore"):
             steep = np.abs(left.slope) + np.abs(right.slope)
-            smooth_step = np.where(np.isfinite(steep), steep * (right.x - left.x), 0.0)
+            smooth_step = _smooth(left, right)
             smooth_step = np.where(_steps_back(left, right), 0.0, smooth_step)
             step = np.abs(right.value - left.value) - smooth_step - self._noise(left, right)
             bend = np.abs(right.slope - left.slope) / (self.mesh.slope_scale + steep)
@@ -560,6 +561,13 @@ def _opened(left: Nodes, right: Nodes, wide: Bools) -> tuple[Nodes, Nodes]:
     right = right.take(~wide).joined(inner_left.take(lower.ok)).joined(upper.take(upper.ok))
     order = np.argsort(left.x, kind="stable")
     return left.take(order), right.take(order)
+
+
+def _smooth(left: Nodes, right: Nodes) -> Floats:
+    """Largest step between points that finite slopes explain."""
+    with np.errstate(all="ignore"):
+        steep = (np.abs(left.slope) + np.abs(right.slope)) * (right.x - left.x)
+        return np.where(np.isfinite(steep), steep, 0.0)
 
 
 def is_step(left: Nodes, right: Nodes, scale: float) -> Bools:
