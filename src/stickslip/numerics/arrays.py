@@ -31,6 +31,11 @@ class Columns:
         """Return the rows at an index, mask or slice."""
         return type(self)(*[getattr(self, name)[index] for name in self.__dataclass_fields__])
 
+    def put(self, index: Any, other: Self) -> None:
+        """Replace the rows at an index or mask."""
+        for name in self.__dataclass_fields__:
+            getattr(self, name)[index] = getattr(other, name)
+
     def joined(self, *others: Self) -> Self:
         """Return the rows of all, one after the other."""
         names, parts = self.__dataclass_fields__, (self, *others)

@@ -9,6 +9,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.discontinuities import FEW, LabelBrackets, find_discontinuities
 from stickslip.analysis.branches.mesh import Mesh
 from stickslip.analysis.branches.table import branch_table, tables_complete_above
@@ -255,6 +257,32 @@ def test_a_singular_jump_is_found_wherever_a_mesh_meets_it(off):
     assert jump.d == pytest.approx(at, abs=1e-16)
     # A logarithm has no limit: what is known is how far its values get.
     assert (jump.left, jump.right) == pytest.approx((0.0068, 0.1778), abs=1e-3)
+    assert jump.scatter == pytest.approx((2.5e-4, 2.5e-4), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("power", "known"), [(0.5, 1e-12), (1 / 3, 1e-9), (0.25, 1e-7), (0.03, None)]
+)
+def test_limits_are_told_where_values_come_near_them(power, known):
+    """The small power: law of Stribeck, alpha = 3.14; taken for a limit it moved with the float."""
+    f = PiecewiseMap(
+        lambda x: np.where(x < 0.3, 0.5 * x, 0.6 + 0.1 * np.maximum(x - 0.3, 1e-17) ** power),
+        (0.0, 1.0),
+        derivative=lambda x: np.where(
+            x < 0.3, 0.5, 0.1 * power * np.maximum(x - 0.3, 1e-17) ** (power - 1)
+        ),
+        breakpoints=[0.3],
+    )
+    (jump,) = branch_table(f).breakpoints
+    assert jump.right_slope == np.inf
+    if known is not None:
+        assert jump.right == pytest.approx(0.6, abs=known)
+        assert jump.scatter == (0.0, 0.0)
+        return
+    assert jump.right == f(0.3)
+    assert jump.scatter[1] == pytest.approx(1e-9**power * 0.1 * power, rel=1e-2)
+    collision = Collision(1, TrackedDiscontinuity.of(jump), 1)
+    assert collision.at(f).noise > jump.scatter[1]
 
 
 @given(at=st.floats(0.1, 0.9))

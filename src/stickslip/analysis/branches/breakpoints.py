@@ -28,7 +28,7 @@ ROOM: Final = 1 / 64  # h is at most this share of the branch
 STEEPENS: Final = 1.5  # growth of the slope from 4 h to h beyond which it diverges
 ROUNDING: Final = 1e-14  # of the range of values: the value at the break itself is as good
 SINGULAR_ROUNDING: Final = 1e-11  # likewise at an infinite slope, where limits are less sharp
-SAME_EXPONENT: Final = 0.02  # powers of the distance to a break whose exponents are one
+SLOW: Final = 0.1  # power of the distance to a break: a smaller one is as slow as a logarithm
 Kind: TypeAlias = Literal["jump", "corner", "smooth", "edge"]
 
 
@@ -38,20 +38,21 @@ class Limits(Columns):
 
     value: Floats
     slope: Floats
+    scatter: Floats  # by which the value of a logarithm changes from float to float; else 0
 
     def moved(self, shift: Floats) -> Limits:
         """Return the limits at points a few ulp further on; infinite slopes stay put."""
         with np.errstate(invalid="ignore"):
             step = np.where(np.isfinite(self.slope), self.slope * shift, 0.0)
-        return Limits(self.value + step, self.slope)
+        return Limits(self.value + step, self.slope, self.scatter)
 
 
 def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Limits:
     """Extrapolate value and slope to ends of branches, ``inward`` +1 for a branch right of it."""
     if not (ok := ends.ok).all():  # in gaps nothing is evaluated
-        limits = Limits(*np.full((2, len(ends)), np.nan))
+        limits = Limits(*np.full((3, len(ends)), np.nan))
         known = limits_inside(mesh, ends.take(ok), inward[ok], room[ok])
-        limits.value[ok], limits.slope[ok] = known.value, known.slope
+        limits.put(ok, known)
         return limits
     # Where less is resolved limits are no less sharp.
     h = np.minimum(min(mesh.resolution, finest(mesh.f)), ROOM * room)
@@ -65,7 +66,8 @@ def limits_inside(mesh: Prober, ends: Nodes, inward: Floats, room: Floats) -> Li
         closer, still_off = _limits_from(mesh, ends.take(at), inward[at], h[at])
         better = still_off < off[at]
         at, closer, still_off = at[better], closer.take(better), still_off[better]
-        limits.value[at], limits.slope[at], off[at] = closer.value, closer.slope, still_off
+        limits.put(at, closer)
+        off[at] = still_off
         at = at[(still_off > BEND) & (h[at] > smallest[at])]
     return limits
 
@@ -84,7 +86,9 @@ def _limits_from(mesh: Prober, ends: Nodes, inward: Floats, h: Floats) -> tuple[
         # and what it foretells of the slope there tells whether it holds.
         regular = (8 * slopes[1] - 6 * slopes[2] + slopes[3]) / 3
         plain = values[0] + (2 * slopes[0] + regular) / 3 * (ends.x - x[:n])
-        value = np.where(diverges, _root_value(values, slopes, inward * h), plain)
+        root = _root_value(values, slopes, inward * h)
+        scatter = np.where(diverges & np.isnan(root), np.abs(slopes[1] * h), 0.0)
+        value = np.where(diverges, root, plain)
         slope = np.where(diverges, np.inf * np.sign(slopes[1]), regular)
         allowed = np.where(diverges, SINGULAR_ROUNDING, ROUNDING) * mesh.value_scale
         exact = np.abs(ends.value - value) <= allowed
@@ -95,7 +99,7 @@ def _limits_from(mesh: Prober, ends: Nodes, inward: Floats, h: Floats) -> tuple[
     # NaN shows a gap too narrow for points inside.
     value = np.where(exact | np.isnan(value), ends.value, value)
     slope = np.where(as_good | np.isnan(slope), ends.slope, slope)
-    return Limits(value, slope), off
+    return Limits(value, slope, scatter), off
 
 
 def _diverges(mesh: Prober, slopes: Floats) -> Bools:
@@ -111,13 +115,13 @@ def _diverges(mesh: Prober, slopes: Floats) -> Bools:
 def _root_value(values: Floats, slopes: Floats, h: Floats) -> Floats:
     """Extrapolate c0 + c1 |h|^q + c2 h from h and 4 h; q from the slopes, 1/2 if close to it.
 
-    NaN for a pole, or a logarithm: nothing is larger than the value at the end.
+    NaN for a pole, or a logarithm: what is known is how far values get before the end.
     """
     exponent = 1 - np.log(slopes[1] / slopes[2]) / np.log(4.0)
-    exponent = np.where(np.abs(exponent - 0.5) < SAME_EXPONENT, 0.5, exponent)
+    exponent = np.where(np.abs(exponent - 0.5) < 0.02, 0.5, exponent)
     first = values[1] - slopes[1] * h / exponent
     second = values[2] - slopes[2] * 4 * h / exponent
-    return np.where(exponent > SAME_EXPONENT, (4 * first - second) / 3, np.nan)
+    return np.where(exponent > SLOW, (4 * first - second) / 3, np.nan)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,7 +135,7 @@ class Breakpoint(ResultRow):
     left, right : float
         One-sided values of the map, NaN beside a gap.
     left_slope, right_slope : float
-        One-sided slopes; an infinite one shows a square root.
+        One-sided slopes; an infinite one shows a square root, or a logarithm (`scatter`).
     kind : str
         ``jump``; ``corner`` (continuous, slopes differ); ``smooth`` (value and slope agree:
         the label changes and the map does not care); ``edge`` (no value on one side).
@@ -146,6 +150,9 @@ class Breakpoint(ResultRow):
         resolution.
     quality : str
         ``located``, or ``bracketed`` where the interval is wider than rounding.
+    scatter : tuple of float
+        By how much one-sided values change from float to float, where they have no limit that
+        floats come near: beside logarithms; else 0.
     system : map or None
         The map that it is a breakpoint of; None if it was loaded without.
     """
@@ -162,6 +169,7 @@ class Breakpoint(ResultRow):
     right_label: int = field(default=0, repr=False)
     interval: tuple[float, float] = field(default=(math.nan, math.nan), repr=False)
     quality: str = field(default="located", repr=False)
+    scatter: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
     system: Map1D | None = field(default=None, repr=False, compare=False)
     _column_names: ClassVar = (
         *("d", "left", "right", "left_slope", "right_slope", "kind", "mechanism", "block"),

@@ -67,11 +67,6 @@ class Nodes(Columns):
         """Return the same nodes in arrays of their own."""
         return self.joined()
 
-    def put(self, index: Indices | Bools, other: Nodes) -> None:
-        """Replace the nodes at an index or mask."""
-        for name in self.__dataclass_fields__:
-            getattr(self, name)[index] = getattr(other, name)
-
     def merged(self, other: Nodes) -> tuple[Nodes, Indices]:
         """Return both sorted together, and where the nodes of ``other`` have gone."""
         order = np.argsort(np.concatenate([self.x, other.x]), kind="stable")

@@ -276,7 +276,7 @@ class Hints:
     def none(cls) -> Hints:
         """Make hints that say nothing."""
         empty = np.empty(0)
-        nothing = Limits(empty, empty)
+        nothing = Limits(empty, empty, empty)
         return cls(empty, empty, empty, nothing, nothing, 0.0)
 
     def sharpened(self, x: Floats, limits: Limits, *, at_starts: bool) -> Limits:
@@ -292,6 +292,7 @@ class Hints:
         return Limits(
             np.where(usable, known.value[nearest], limits.value),
             np.where(usable, known.slope[nearest], limits.slope),
+            np.where(usable, known.scatter[nearest], limits.scatter),
         )
 
 
@@ -318,4 +319,4 @@ def _limits(laps: Laps, word: Indices, ends: Ends) -> Limits:
         at_end = np.where(nearer_left, laps.slope_left[lap], laps.slope_right[lap])
         with np.errstate(invalid="ignore"):
             slope = slope * np.where(ends.depth == k, at_end, one)
-    return Limits(ends.orbit[:, -1], slope)
+    return Limits(ends.orbit[:, -1], slope, np.zeros(slope.shape))

@@ -281,6 +281,7 @@ def _classify(mesh: Mesh, cuts: Discontinuities, hints: Hints) -> tuple[list[Bre
             right_label=int(cuts.right.label[i]),
             interval=(float(cuts.left.x[i]), float(cuts.right.x[i])),
             quality="located" if close[i] else "bracketed",
+            scatter=(float(at_last.scatter[i]), float(at_first.scatter[i + 1])),
         )
         for i in range(len(cuts))
     ]

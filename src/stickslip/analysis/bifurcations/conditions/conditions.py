@@ -215,7 +215,7 @@ class Collision:
         others = tuple(replace(other, border=met[other.place][0].critical) for other in self.others)
         return Reading(
             value=path.points[-1] - border.x,
-            noise=rounding(f, path, border.uncertainty),
+            noise=rounding(f, path, border.uncertainty, border.scatter[self.side > 0]),
             points=path.points[:-1],
             multipliers=(paths[-1].slope, paths[1].slope),
             condition=Collision(self.period, border.critical, self.side, others),
@@ -249,7 +249,8 @@ class Connection:
         points = orbit.points[:-1]
         return Reading(
             value=path.points[-1] - points[0],
-            noise=rounding(f, path, critical.uncertainty) + orbit.error,
+            noise=rounding(f, path, critical.uncertainty, critical.scatter[self.side > 0])
+            + orbit.error,
             points=points,
             multipliers=(orbit.slope,),
             condition=Connection(critical.critical, self.side, self.k, points),
@@ -279,7 +280,12 @@ class Contact:
         assert isinstance(met, TrackedDiscontinuity | DomainEnd)
         return Reading(
             value=path.points[-1] - border.x,
-            noise=rounding(f, path, critical.uncertainty + border.uncertainty),
+            noise=rounding(
+                f,
+                path,
+                critical.uncertainty + border.uncertainty,
+                critical.scatter[self.side > 0],
+            ),
             points=(border.x,),
             multipliers=(math.nan,),
             condition=Contact(critical.critical, self.side, self.k, met),

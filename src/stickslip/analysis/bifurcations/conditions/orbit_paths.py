@@ -87,15 +87,18 @@ def path_of(f: Map1D, x: float, n: int, others: Others = MappingProxyType({})) -
     return Path(tuple(points[:known]), tuple(slopes[:last]), tuple(labels[:last]), last >= n)
 
 
-def rounding(f: Map1D, path: Path, position: float = 0.0) -> float:
-    """Estimate the rounding at the end of a path, whose start may be off by ``position``."""
+def rounding(f: Map1D, path: Path, position: float = 0.0, scatter: float = 0.0) -> float:
+    """Estimate the rounding at the end of a path.
+
+    Its start may be off by ``position``, and the value there by ``scatter``.
+    """
     whole = getattr(f, "whole", f)
     # Of one value, by the map's own word if it has one.
     accuracy = getattr(whole, "accuracy", None)
     accuracy = ROUNDINGS * EPS * domain_width(whole) if accuracy is None else float(accuracy)
     carried, error = 1.0, 0.0
-    for slope in reversed(path.slopes):
-        error += accuracy * carried
+    for k, slope in reversed([*enumerate(path.slopes)]):
+        error += (accuracy if k else accuracy + scatter) * carried
         # An infinite slope carries nothing on: the value beside it is a limit.
         carried *= abs(slope) if math.isfinite(slope) else 1.0
     return error + (position + float(np.spacing(abs(path.points[0])))) * (1.0 + carried)

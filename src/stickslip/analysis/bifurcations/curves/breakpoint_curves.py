@@ -59,6 +59,7 @@ class BreakpointProblem(Problem):
             left_label=found.label(-1),
             right_label=found.label(1),
             interval=found.interval,
+            scatter=found.scatter,
             system=f,
         )
 

@@ -74,6 +74,7 @@ class CriticalReading:
     kind: CriticalKind
     interval: tuple[float, float]  # points on either side, adjacent floats at a break
     critical: Critical  # the same one, started from here
+    scatter: tuple[float, float] = (0.0, 0.0)  # of its values, from float to float: logarithms
 
     def value(self, side: int) -> float:
         """One-sided value: -1 left, 1 right."""
@@ -280,7 +281,8 @@ def _described(
     left_label, right_label = (b.label if b.ok else None for b in (left, right))
     critical = TrackedDiscontinuity(left_label, right_label, x, kind, abs(x - near))
     sides = value, beyond, slope, slope_beyond
-    return CriticalReading(x, *sides, kind, (last.x, first.x), critical)
+    scatter = float(at_left.scatter[0]), float(at_right.scatter[0])
+    return CriticalReading(x, *sides, kind, (last.x, first.x), critical, scatter)
 
 
 def break_between(f: Map1D, x: float, labels: Collection[int]) -> CriticalReading | None:
@@ -318,7 +320,7 @@ def _by_table(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading:
     b = min(successors, key=lambda b: (b.kind != border.kind, abs(b.d - border.x)))
     moved = replace(TrackedDiscontinuity.of(b), reach=abs(b.d - border.x))
     values = (b.left, b.right, b.left_slope, b.right_slope)
-    return CriticalReading(b.d, *values, b.kind, b.interval, moved)
+    return CriticalReading(b.d, *values, b.kind, b.interval, moved, b.scatter)
 
 
 def _successors(f: Map1D, border: TrackedDiscontinuity, half: float) -> list[Breakpoint]:
