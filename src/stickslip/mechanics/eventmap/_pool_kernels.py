@@ -244,6 +244,7 @@ def enter(pools: Pools, tags: Tags, clock: Clock, mark: Mark) -> None:
     x[at.DURATION + lane] = clock.duration
     x[at.MARGIN + lane] = clock.margin
     x[at.LAST_TERM + lane] = clock.last_term
+    x[at.HALVED + lane] = 0.0
     x[at.MARKED_W + lane] = mark.w
     x[at.MARKED_E + lane] = mark.e
     x[at.MARKED_MODES + lane] = mark.modes
@@ -284,9 +285,14 @@ def meet(
     """Deal with the signals of a step as `carry` does; return a row whose motion ended, or -1."""
     x, taken, motion = pools.x[pool], pools.taken, pools.motion
     h = first_event(pools, pool, lane)
+    here = (1 if motion.event[0] != 0 else 0) + (2 if motion.event[1] != 0 else 0)
+    if h >= 0.0 and here != 0:
+        state_at(pools, pool, lane, h)
+        if not TELLS and not follows_laws(laws, pools, pool, lane, h):
+            undo(pools, pool, lane)
+            return -1
     if h >= 0.0 and watch:
         x[at.MARGIN + lane] = min(x[at.MARGIN + lane], watch_step(pools, pool, lane, h))
-    here = (1 if motion.event[0] != 0 else 0) + (2 if motion.event[1] != 0 else 0)
     if h >= 0.0 and here == 0:
         return -1
     row, n_events, code, before = pools.tags[pool, lane]
@@ -294,9 +300,7 @@ def meet(
     duration = x[at.DURATION + lane] + phase
     room = -1.0
     if h >= 0.0 and here != 3 and phase > 0.0 and duration <= controls.max_time:
-        state_at(pools, pool, lane, h)
-        if TELLS or follows_laws(laws, pools, pool, lane, h):
-            room = settle(pools.numbers[BOTH_SLIP], laws, motion, here - 1)
+        room = settle(pools.numbers[BOTH_SLIP], laws, motion, here - 1)
     if room < 0.0:
         leave(pools, pool, lane)
         outputs.status[row] = at.HANDED_OVER
@@ -372,6 +376,25 @@ def follows_laws(laws: Floats, pools: Pools, pool: int, lane: int, h: float) -> 
         if not is_followed(rate, told, OFF * 2.0**last_term / h + UNHEEDED * size):
             return False
     return True
+
+
+@kernel(inline=True)
+def undo(pools: Pools, pool: int, lane: int) -> None:
+    """Take a lane's last step back, for one of half its length."""
+    x, taken = pools.x[pool], pools.taken
+    x[at.SPEED_1 + lane] = taken[at.SERIES_1 + lane]
+    if pool == BOTH_SLIP:
+        x[at.SPEED_2 + lane] = taken[at.SERIES_2 + lane]
+    x[at.FORCE_1 + lane] = taken[at.FORCE_1_BEFORE + lane]
+    x[at.FORCE_2 + lane] = taken[at.FORCE_2_BEFORE + lane]
+    x[at.TIME + lane] = taken[at.TIME_BEFORE + lane]
+    x[at.HALVED + lane] += 2.0  # the step has taken 1 off, as one that went well
+    if pools.motion.tangent_w.shape[1] > 0:
+        x[at.D_SPEED_1 + lane] = taken[at.D_SERIES_1 + lane]
+        if pool == BOTH_SLIP:
+            x[at.D_SPEED_2 + lane] = taken[at.D_SERIES_2 + lane]
+        x[at.D_FORCE_1 + lane] = taken[at.D_FORCE_1_BEFORE + lane]
+        x[at.D_FORCE_2 + lane] = taken[at.D_FORCE_2_BEFORE + lane]
 
 
 @kernel(inline=True)

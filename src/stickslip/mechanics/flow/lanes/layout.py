@@ -21,6 +21,8 @@ ORDER = 18
 LONGEST_STEP = 1.0
 # Steps of one motion in a pool: a dozen for each event that it may have.
 MOST_STEPS = 16000.0
+# A step that would have to be halved more often is the scalar engine's.
+MOST_HALVINGS = 12.0
 
 (
     SPEED_1,
@@ -38,12 +40,13 @@ MOST_STEPS = 16000.0
     DURATION,
     MARGIN,
     LAST_TERM,  # log2 of what the last terms of a step may be
+    HALVED,  # how often the next step is halved, for the series would not be the law on all of it
     MARKED_W,  # a state to come back to (`records.Mark`)
     MARKED_E,
     MARKED_MODES,
     TURN,
     KEPT,  # size of the array
-) = range(0, 20 * PLACES, PLACES)
+) = range(0, 21 * PLACES, PLACES)
 
 # The step that was taken last. SIZE_1, SIZE_2: sums of the sizes of all terms but the constant
 # one, of a speed or of a rider's force.

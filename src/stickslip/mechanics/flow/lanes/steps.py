@@ -93,7 +93,10 @@ class Steps:
         force = [load(x, FORCE[i]) for i in range(2)]
         rows, integral = self._speeds([load(x, SPEED[i]) for i in both], sign, force, (p, q), c)
         power = _power(c, load(x, at.LAST_TERM), rows, integral)
-        h = length(power)
+        halved = None if self.series.tells else load(x, at.HALVED)
+        if halved is not None:
+            halved = select(halved > 0.0, halved, 0.0)
+        h = length(power if halved is None else power - halved)
 
         signals = [speed_signal(rows[i], h) for i in both]
         sizes, clear = [signal[0] for signal in signals], [signal[1] for signal in signals]
@@ -116,9 +119,15 @@ class Steps:
             flag = select(clear[0], 0.0, 1.0) + select(clear[1], 0.0, 2.0)
 
         steps, time = load(x, at.STEPS) + 1.0, load(x, at.TIME)
+        if halved is not None:
+            # No step at all, and half of it next; the more steps go well, the longer again.
+            followed = self._follows_laws(c, load(x, at.LAST_TERM), h, rows, (p, q))
+            store(x, at.HALVED, halved + select(followed, -1.0, 1.0))
+            h, flag = select(followed, h, 0.0), select(followed, flag, 0.0)
+            sound = (sound | ~followed) & (halved < at.MOST_HALVINGS)
+            end = [select(followed, end[i], rows[i][0, 0]) for i in both]
+            force_end = [select(followed, force_end[i], force[i]) for i in range(2)]
         sound = sound & (power > SHORTEST) & (steps < at.MOST_STEPS)
-        if not self.series.tells:
-            sound = sound & self._follows_laws(c, load(x, at.LAST_TERM), h, rows, (p, q))
         store(x, at.STEPS, steps)
         store(taken, at.FLAG, flag + select(sound, 0.0, 8.0))
         store(taken, at.LENGTH, h)
