@@ -1,12 +1,12 @@
 """Lists of bifurcations, and basins, of systems that nobody tuned for, against brute force.
 
     python -m tests.acceptance.lists coulomb --n 50 [--first 0] [--seconds 300]
-    python -m tests.acceptance.lists law9 | gap | tent | parabola | basins
+    python -m tests.acceptance.lists law9 | stribeck | gap | tent | parabola | basins
 
-`coulomb`, `law9` and `parabola` look for attractors between the listed values that the list has
-not; `gap` and `tent` compare with borders known otherwise; `basins` asks that shares add up. A
-line per system, processor seconds first. Exit code 1 if anything is silent, wrong or an exception,
-or a fault of the program that a list has noted.
+`coulomb`, `law9`, `stribeck` and `parabola` look for attractors between the listed values that the
+list has not; `gap` and `tent` compare with borders known otherwise; `basins` asks that shares add
+up. A line per system, processor seconds first. Exit code 1 if anything is silent, wrong or an
+exception, or a fault of the program that a list has noted.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from tests.analysis.bifurcations.scan.test_survey import MU, random_family
 from tests.analysis.bifurcations.test_accounting_by_force import (
     PERIOD,
     random_blocks,
+    random_stribeck,
     unaccounted_in_blocks,
     unaccounted_in_parabolas,
 )
@@ -75,6 +76,7 @@ def _exact(check: Callable[..., None], seed: int, n: int) -> Verdict:
 KINDS: dict[str, Callable[[int], Verdict]] = {
     "coulomb": lambda k: _listed(unaccounted_in_blocks, *random_blocks(2 * k)),
     "law9": lambda k: _listed(unaccounted_in_blocks, *random_blocks(2 * k + 1)),
+    "stribeck": lambda k: _listed(unaccounted_in_blocks, *random_stribeck(k)),
     "parabola": _parabolas,
     "gap": lambda k: _exact(assert_gap_map_complete, k, 2),
     "tent": lambda k: _exact(assert_skew_tent_complete, k, 1),

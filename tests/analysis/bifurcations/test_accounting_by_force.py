@@ -210,13 +210,31 @@ def test_attractors_of_many_families_of_parabolas():
 def random_blocks(seed):
     """A two-block system, law (9) if the seed is odd, and a range of one of its parameters."""
     rng = np.random.default_rng(seed)
-    alpha, beta, V = rng.uniform(0.3, 4), rng.uniform(0.5, 2), 10 ** rng.uniform(-2.2, -0.5)
+    plant = random_plant(rng)
     if seed % 2:
         law = ss.PoppStelter(gamma=rng.uniform(0.5, 4), delta=rng.uniform(0, 0.4))
     else:
         law = ss.Coulomb(mu=rng.uniform(0.05, 0.8))
-    model = ss.TwoBlock(alpha=alpha, beta=beta, V=V, friction=law)
-    names = [name for name in ("alpha", "beta", "V", "mu", "gamma") if name in model.parameters]
+    return with_range(rng, ss.TwoBlock(**plant, friction=law), "gamma")
+
+
+def random_stribeck(seed):
+    """Likewise under Stribeck's law, a Gaussian if the seed is odd, from narrow to wide."""
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng)
+    mu, speed = rng.uniform(0.3, 0.9), 10 ** rng.uniform(-2, -0.3)
+    viscous = float(rng.uniform(0, 0.3)) * (seed % 3 == 0)
+    law = ss.Stribeck(mu, speed, viscous, exponent=1 + seed % 2)
+    return with_range(rng, ss.TwoBlock(**plant, friction=law), "speed")
+
+
+def random_plant(rng):
+    alpha, beta, V = rng.uniform(0.3, 4), rng.uniform(0.5, 2), 10 ** rng.uniform(-2.2, -0.5)
+    return {"alpha": alpha, "beta": beta, "V": V}
+
+
+def with_range(rng, model, own):
+    names = [name for name in ("alpha", "beta", "V", "mu", own) if name in model.parameters]
     name = str(rng.choice(names))
     value = model.parameters[name]
     half = 0.5 * 10 ** rng.uniform(-3, -1) * value
