@@ -215,6 +215,19 @@ def test_laws_that_are_no_single_formula_are_carried_one_at_a_time(friction):
     assert not isinstance(ss.event_map(model)._backend, PoolBackend)
 
 
+def test_margins_see_a_turn_of_which_both_ends_lie_in_one_step():
+    """A slip that almost ended, 0.015 short of it, and had turned again within the same step."""
+    law = ss.PoppStelter(0.6569336149164658, 0.22863890281349242)
+    model = ss.TwoBlock(2.8631504614710637, 1.7237256670040861, 0.024293578284881243, law)
+    f = ss.event_map(model, threads=1)
+    d = 0.1 + np.linspace(-0.02, 0.02, 401)
+    np.testing.assert_allclose(f.evaluate(d).margin, one_at_a_time(f, d).margin, rtol=1e-6)
+    at = 0.10001105232218105
+    motion = ss.simulate(model, d=at, t_end=float(f.evaluate(at).duration))
+    t = np.linspace(1.5, 2.5, 20_001)  # while both blocks slip
+    assert f.evaluate(at).margin == pytest.approx(np.abs(motion.v(t)[..., 0] - model.V).min())
+
+
 def test_both_sides_of_breakpoints():
     f = ss.event_map(ss.TwoBlock(1.208, 1.301, 0.15, ss.PoppStelter(3.0, 0.1, 0.05)), threads=1)
     d = np.linspace(*f.domain, 400)

@@ -112,7 +112,7 @@ def advance_orbits(
         if pools.counts[pool] == 0:
             break
         step(pools, pool)
-        for k in range(find_flagged(pools, pool) - 1, -1, -1):
+        for k in range(find_flagged(pools, pool, watch) - 1, -1, -1):
             lane = pools.flagged[k]
             row = meet(laws, pools, controls, watch, orbits, filled, outputs, asked, pool, lane)
             if row >= 0:
@@ -146,13 +146,14 @@ def step(pools: Pools, pool: int) -> None:
 
 
 @kernel(inline=True)
-def find_flagged(pools: Pools, pool: int) -> int:
+def find_flagged(pools: Pools, pool: int, watch: bool) -> int:
     """List the lanes whose step has to be looked at; without a branch for each lane."""
-    taken = pools.taken
+    taken, unwatched = pools.taken, 0.0 if watch else float(at.EXTREME)
     n = 0
     for lane in range(min(pools.counts[pool], LANES)):
+        flag = taken[at.FLAG + lane]
         pools.flagged[n] = lane
-        n += int(taken[at.FLAG + lane] != 0.0)
+        n += int((flag != 0.0) & (flag != unwatched))
     return n
 
 

@@ -316,19 +316,20 @@ class Steps:
     def _turns(
         self, c: Floats, sign: Sequence[Lanes], rows: Sequence[Rows], h: Lanes, speed_end: Lanes
     ) -> Lanes:
-        """Whether a speed turns back within the step, or a rider's force."""
-        slopes = [{k: k * s for k, s in speeds(each).items()} for each in rows]
-        ends = [falling(h, slope, 1) for slope in slopes]
-        extremes = [(each[0, 1] < 0.0) & (end > 0.0) for each, end in zip(rows, ends, strict=True)]
-        if len(rows) == 1:
-            cross, drag = c[at.CROSS + 1], c[at.DRAG + 1]
-            rate = c[at.DRIFT + 1] + cross * sign[0] * rows[0][0, 0]
-            rate_end = c[at.DRIFT + 1] + cross * sign[0] * speed_end
-            if self.damped:
-                rate = rate + drag * sign[0] * rows[0][0, 1]
-                rate_end = rate_end + drag * sign[0] * ends[0]
-            extremes.append(rate * rate_end < 0.0)
-        return extremes[0] | extremes[1]
+        """Whether a speed may turn back within the step, or a rider's force."""
+        shapes = [_shape(each, h) for each in rows]
+        if len(rows) == 2:
+            return shapes[0].may_turn_up | shapes[1].may_turn_up
+        # A rider's force turns where its rate vanishes, which turns where the speed's does.
+        shape, (cross, drag) = shapes[0], (c[at.CROSS + 1], c[at.DRAG + 1])
+        rate = c[at.DRIFT + 1] + cross * sign[0] * rows[0][0, 0]
+        rate_end = c[at.DRIFT + 1] + cross * sign[0] * speed_end
+        monotone = shape.rises | shape.falls
+        if self.damped:
+            rate = rate + drag * sign[0] * rows[0][0, 1]
+            rate_end = rate_end + drag * sign[0] * shape.end
+            monotone = monotone & (shape.convex | shape.concave)
+        return shape.may_turn_up | (rate * rate_end < 0.0) | ~monotone
 
     # --- both -----------------------------------------------------------------------------
 
@@ -472,6 +473,35 @@ def length(power: Lanes) -> Lanes:
     fraction = 1.0 + rest * (0.69315 + rest * (0.2402 + rest * 0.0555))
     h = from_bits((bits(shifted) + 1023) << 52) * fraction
     return select(h < at.LONGEST_STEP, h, at.LONGEST_STEP)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """What is certain of a speed on a step, its slope at the end, and whether it may turn up."""
+
+    rises: Lanes
+    falls: Lanes
+    convex: Lanes
+    concave: Lanes
+    end: Lanes
+    may_turn_up: Lanes
+
+
+def _shape(rows: Rows, h: Lanes) -> _Shape:
+    """Bound slope and curvature on a step by their first terms and the sizes of the rest."""
+    slope = {k: k * s for k, s in speeds(rows).items()}
+    end = falling(h, slope, 1)
+    rest = falling(h, {k: abs(s) for k, s in slope.items()}, 3) * h
+    bent = falling(h, {k: (k - 1) * abs(s) for k, s in slope.items()}, 3) * h
+    start, curvature = rows[0, 1], 2.0 * rows[0, 2]
+    convex, concave = curvature >= bent, curvature <= -bent
+    linear, rest = start + curvature * h, rest * h
+    rises = (
+        ((start > rest) & (linear > rest)) | (convex & (start >= 0.0)) | (concave & (end >= 0.0))
+    )
+    down = ((start < -rest) & (linear < -rest)) | (convex & (end <= 0.0))
+    falls = down | (concave & (start <= 0.0))
+    return _Shape(rises, falls, convex, concave, end, ~(rises | falls | concave))
 
 
 def speed_signal(rows: Rows, h: Lanes) -> tuple[Lanes, Lanes, Lanes]:
