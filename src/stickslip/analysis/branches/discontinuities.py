@@ -368,7 +368,12 @@ class _Search:
             right.take(leaps),
             lambda _, low, x, high: np.abs(x.value - low.value) < np.abs(high.value - x.value),
         )
-        brackets.close(lambda: are_apart(self.mesh.f, brackets.left.x, brackets.right.x))
+        brackets.close(
+            lambda: (
+                are_apart(self.mesh.f, brackets.left.x, brackets.right.x)
+                & self._leaps(brackets.left, brackets.right)
+            )
+        )
         left, right = brackets.left, brackets.right
         real = self._leaps(left, right) & (np.abs(right.value - left.value) > _smooth(left, right))
         self._keep(left.take(real), right.take(real))
