@@ -95,6 +95,31 @@ def test_a_thread_that_hears_nothing_makes_way(alone):
     alone.page.wait_for_function(told, timeout=20_000)
 
 
+@pytest.mark.parametrize("last", [False, True])
+def test_a_thread_makes_way_whatever_it_told_before_it_could_hear(alone, last):
+    """A part on its way stopped the clock for good; so did an end, before what was called off."""
+    begun = alone.page.evaluate(
+        """async (last) => {
+            const { Thread } = await import("./static/connection.js");
+            const begun = [];
+            window.Worker = class {
+                constructor() { begun.push(this); }
+                postMessage() {}
+                terminate() {}
+            };
+            const thread = new Thread();
+            thread.open({ onopen() {}, onpart() {} });
+            ["map", "power"].forEach((slot, k) => thread.send({ id: k + 1, slot }));
+            ["power", "map"].forEach((cancel) => thread.send({ cancel }));
+            begun[0].onmessage({ data: { id: 1, last } });
+            await new Promise((go) => setTimeout(go, 1100));
+            return begun.length;
+        }""",
+        last,
+    )
+    assert begun == 2
+
+
 def test_a_thread_goes_on_with_what_is_wanted(alone):
     """It was ended, and began anew, when anything else that it had been asked was called off."""
     alone.go("preset=law9")

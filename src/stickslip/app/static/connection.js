@@ -52,17 +52,19 @@ export class Socket {
 
 /** A thread of this page, which knows maps and motions. @implements {Link} */
 export class Thread {
+  /** Slots by question, of those called off none; it computes the first. @type {Map<number, string | null>} */
+  unanswered = new Map();
+  vain = 0; // the question, if any, that it computes and nobody wants
+  timer = 0;
+
   /** @param {Parameters<Link["open"]>[0]} hears */
   open(hears) {
     const { onopen, onpart, onbroken } = hears;
     this.worker = new Worker("static/live.js", { type: "module" });
-    /** Slots by question, the one that is computed first. @type {Map<number, string>} */
-    this.unanswered = new Map();
-    this.timer = 0;
+    this.unanswered.clear();
     this.worker.onmessage = ({ data }) => {
-      clearTimeout(this.timer);
-      this.timer = 0;
-      if (data.last || data.cancelled || data.error) this.unanswered?.delete(data.id);
+      if (data.last || data.cancelled || data.error) this.unanswered.delete(data.id);
+      this.#watch();
       onpart(data);
     };
     this.anew = () => {
@@ -76,12 +78,24 @@ export class Thread {
     onopen();
   }
 
-  /** What computes one thing at a stretch does not hear that it is not wanted: another thread begins. @param {any} message */
+  /** @param {any} message */
   send(message) {
     this.worker?.postMessage(message);
-    if (message.id) this.unanswered?.set(message.id, message.slot);
-    else if (this.unanswered?.values().next().value === message.cancel)
-      this.timer ||= setTimeout(() => this.anew?.(), SILENT_MS);
+    if (message.id) this.unanswered.set(message.id, message.slot);
+    else
+      for (const [id, slot] of this.unanswered)
+        if (slot === message.cancel) this.unanswered.set(id, null);
+    this.#watch();
+  }
+
+  /** What computes one thing at a stretch does not hear that nobody wants it: another thread begins. */
+  #watch() {
+    const [[id, slot] = [0, ""]] = this.unanswered;
+    const vain = slot === null ? id : 0;
+    if (vain === this.vain) return; // also where parts come that were sent before it could hear
+    this.vain = vain;
+    clearTimeout(this.timer);
+    if (vain) this.timer = setTimeout(() => this.anew?.(), SILENT_MS);
   }
 }
 

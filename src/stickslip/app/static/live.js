@@ -191,7 +191,7 @@ function branches(/** @type {Float64Array} */ value, /** @type {BigUint64Array} 
 /** The question of each slot that is waited for. @type {Map<string, number>} */
 const wanted = new Map();
 
-/** Messages that came meanwhile are heard. */
+/** Messages that came meanwhile are heard, not always all. */
 const pause = () => new Promise((go) => setTimeout(go));
 
 /** @param {any} message */
