@@ -142,6 +142,45 @@ def test_a_map_whose_values_lie_outside_its_view_says_so(explorer):
     assert outside in explorer.view("map", "view.sentence()")
 
 
+def test_basins_of_a_narrow_window_are_drawn_at_once(explorer):
+    """Bands were hatched as far as they reach: a zoom to 1e-9 stopped the page for minutes."""
+    explorer.settle("basins")
+    explorer.page.evaluate(
+        """() => {
+            window.lines = 0;
+            const { lineTo } = CanvasRenderingContext2D.prototype;
+            CanvasRenderingContext2D.prototype.lineTo = function (...at) {
+                window.lines += 1;
+                lineTo.apply(this, at);
+            };
+            const view = explorer.views.find(({ id }) => id === "basins");
+            view.plot.view = view.plot.shown = [-0.01, -0.009999, 0, 1];
+            view.paint();
+            CanvasRenderingContext2D.prototype.lineTo = lineTo;
+        }"""
+    )
+    assert 20 < explorer.page.evaluate("() => lines") < 200
+
+
+def test_shares_of_all_starts_are_those_of_the_answer(explorer):
+    """Of older values those were told that lie in the present domain, as if they were all."""
+    explorer.settle("basins")
+    sentence = explorer.panel("basins").locator(".sentence")
+    told = sentence.text_content()
+    assert told.startswith("Of all starts")
+    with explorer.asking_only("map"):
+        explorer.page.evaluate("() => explorer.setParameter('alpha', 3)")
+        explorer.settle("map")
+        assert sentence.text_content() == told
+    with explorer.asking_only("locus"):
+        explorer.page.evaluate("() => explorer.setParameter('alpha', 0.5)")
+        explorer.settle("locus")
+        explorer.page.evaluate(
+            "() => explorer.store.update({ windows: { map: [0.9, 1, 0.9, 1] } }, '')"
+        )
+        assert sentence.text_content() == ""
+
+
 def test_a_zoom_of_the_basins_is_that_of_the_map(explorer):
     explorer.drag("basins", (0.2, 0.5), (0.35, 0.5))
     assert explorer.state["windows"]["map"][:2] == pytest.approx([0.2, 0.35], abs=0.005)

@@ -99,12 +99,13 @@ export class BasinsView extends View {
     return told.length ? ` Of samples of these ${listed(told)}.` : "";
   }
 
-  /** Of what is shown, by label. */
+  /** Of what is shown, or of all, by label; older values may be none of those shown. */
   shares() {
     if (!this.part) return null;
     const { edges, label } = this.part.arrays;
-    const [low, high] = this.plot.view;
+    const [low, high] = windowOf(this.app.state, "map") ?? [-Infinity, Infinity];
     const ends = [...edges].map((edge) => Math.min(high, Math.max(low, edge)));
+    if (ends[0] === ends[ends.length - 1]) return null;
     /** @type {Record<number, number>} */ const shares = {};
     label.forEach((/** @type {number} */ k, /** @type {number} */ at) => {
       shares[k] = (shares[k] ?? 0) + (ends[at + 1] - ends[at]) / (ends[ends.length - 1] - ends[0]);
@@ -150,15 +151,16 @@ export class BasinsView extends View {
     context.fillText(text, (from + to) / 2, top + 3);
   }
 
-  /** A band of one colour; every second attractor is hatched as well. */
+  /** What is seen of a band, in one colour; every second attractor is hatched as well. */
   #band(/** @type {number} */ from, /** @type {number} */ to, /** @type {number} */ label) {
     const { plot } = this;
     const { context, top, bottom } = plot;
-    const [left, right] = [plot.x(from), plot.x(to)];
-    if (label < 0) return;
+    const left = Math.max(plot.left, plot.x(from));
+    const right = Math.min(plot.right, Math.max(plot.x(to), plot.x(from) + 0.75));
+    if (label < 0 || !(right > left)) return;
     context.fillStyle = nth(label + 4).color;
     context.globalAlpha = 0.55;
-    context.fillRect(left, top, Math.max(right - left, 0.75), bottom - top);
+    context.fillRect(left, top, right - left, bottom - top);
     context.globalAlpha = 1;
     if (label % 2 === 0 || right - left < 3) return;
     context.save();
