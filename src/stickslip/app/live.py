@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 import numpy as np
 
+from stickslip.app.requests import reach
 from stickslip.mechanics.eventmap.backend import ScalarBackend
 from stickslip.mechanics.eventmap.records import Controls, new_outputs
 from stickslip.mechanics.flow.engine import FLOW, engine_for
@@ -98,6 +99,7 @@ def described(engine: Engine, law: FrictionLaw) -> dict[str, Any]:
     assert isinstance(formula, TracedFormula)
     force = formula.output(forward=False)
     nodes = scalars.graph.nodes
+    ranges = {name: kind for name, kind in law.fields().items() if isinstance(kind, Range)}
     return {
         "parameters": formula.parameters,
         "constants": scalars.constants,  # nodes
@@ -105,7 +107,8 @@ def described(engine: Engine, law: FrictionLaw) -> dict[str, Any]:
         "nodes": {k: nodes[k] for k in reachable(scalars.graph, [force, *scalars.constants])},
         "defaults": {name: getattr(law, name) for name in (*formula.parameters, *law.options)},
         "fixed": fixed(law),
-        "ranges": {name: kind for name, kind in law.fields().items() if isinstance(kind, Range)},
+        "ranges": ranges,
+        "reach": {name: reach(name) for name in ("alpha", "beta", "V", *ranges)},
     }
 
 

@@ -75,20 +75,27 @@ SLIDERS: Final = {
 """Where the sliders start and end: what is worth looking at, not what is allowed."""
 
 
+def reach(name: str) -> tuple[float, float] | None:
+    """Least and largest value but 0 that the explorer computes with, of what has a slider."""
+    slider = SLIDERS.get(BLOCK.sub("", name).rpartition(".")[2])
+    if slider is None:
+        return None
+    low, high = slider["min"], slider["max"]
+    if name.startswith("damping_"):  # of a matrix, whose other entries are below 0
+        low = -high
+    return low / FAR if low > 0 else low * FAR, high * FAR
+
+
 def refuse_far(values: Mapping[str, float]) -> None:
     """Refuse numbers that would keep the server busy for long; none of them is 0."""
     for name, value in values.items():
-        if value == 0.0:
-            continue
-        if slider := SLIDERS.get(BLOCK.sub("", name).rpartition(".")[2]):
-            low, high = slider["min"], slider["max"]
-            if name.startswith("damping_"):  # of a matrix, whose other entries are below 0
-                low = -high
+        if value != 0.0 and (ends := reach(name)):
+            low, high = ends
             finite_number(
                 name,
                 value,
-                at_least=low / FAR if low > 0 else low * FAR,
-                at_most=high * FAR,
+                at_least=low,
+                at_most=high,
                 why="The explorer computes no models far beyond its sliders.",
                 remedy="The library takes them.",
             )

@@ -241,6 +241,16 @@ def test_it_says_what_it_does_not_compute(alone):
     )
 
 
+def test_it_refuses_what_the_server_refuses(alone):
+    """It computed for 40 s, or at last froze, with numbers far beyond its sliders."""
+    alone.page.wait_for_function(ALL_SHOWN)
+    with alone.asking_only("map"):
+        alone.page.evaluate("() => explorer.setParameter('alpha', 1e6)")
+        alone.page.wait_for_selector("[data-panel=map][data-state=failed]")
+    told = alone.page.locator(".controls > .error").text_content()
+    assert told.startswith("\u03b1 = 1\u00b710\u2076 is not from 0 to 30: the explorer computes no")
+
+
 def test_it_takes_the_values_that_the_library_takes(alone):
     alone.show("preset=law9")
     with alone.asking_only("law"):

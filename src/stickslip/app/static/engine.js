@@ -8,6 +8,7 @@
  * @property {Record<string, number>} defaults
  * @property {string[]} fixed  what keeps its default in this code
  * @property {Record<string, {low: number, high: number | null, above: boolean}>} ranges
+ * @property {Record<string, [number, number]>} reach  beyond the sliders, of the model's numbers, too
  * @property {number} force  node of the force
  * @property {number[]} constants  nodes that stand behind the parameters in a row
  * @property {Record<string, [string, number[], number, string]>} nodes  operation, operands, value, name

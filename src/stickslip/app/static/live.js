@@ -73,9 +73,12 @@ function fault(model, law) {
   ]))
     for (const [name, { low, high, above }] of Object.entries(ranges)) {
       const value = values[name];
-      if (Number.isFinite(value) && (above ? value > low : value >= low) && value <= (high ?? value))
-        continue;
-      const allowed = above ? `above ${low}` : high === null ? `at least ${low}` : `from ${low} to ${high}`;
+      const [least, most] = law.reach[name];
+      const exists = Number.isFinite(value) && (above ? value > low : value >= low) && value <= (high ?? value);
+      if (exists && (!value || (value >= least && value <= most))) continue;
+      const range = above ? `above ${low}` : high === null ? `at least ${low}` : `from ${low} to ${high}`;
+      const far = `from ${least} to ${most}: the explorer computes no models far beyond its sliders`;
+      const allowed = exists ? far : range;
       return { field: `model.${name}`, message: `${name} = ${value} is not ${allowed}` };
     }
   return undefined;
