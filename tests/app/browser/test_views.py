@@ -181,6 +181,16 @@ def test_shares_of_all_starts_are_those_of_the_answer(explorer):
         assert sentence.text_content() == ""
 
 
+def test_the_axis_of_basins_is_the_map_s_also_before_they_are_known(explorer):
+    """It went from -1 to 1 below any map, for good on a page that computes no basins."""
+    with explorer.asking_only("map"):
+        explorer.go("preset=law9-map")
+        explorer.settle("map")
+        assert explorer.view("basins", "view.part") is None
+        ends = [explorer.view(name, "view.plot.view.slice(0, 2)") for name in ("map", "basins")]
+    assert ends[0] == ends[1]
+
+
 def test_a_zoom_of_the_basins_is_that_of_the_map(explorer):
     explorer.drag("basins", (0.2, 0.5), (0.35, 0.5))
     assert explorer.state["windows"]["map"][:2] == pytest.approx([0.2, 0.35], abs=0.005)

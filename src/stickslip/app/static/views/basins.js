@@ -35,6 +35,11 @@ export class BasinsView extends View {
     plot.onreset = () => this.resetZoom();
   }
 
+  /** Its horizontal axis is that of the map. @override @param {string} slot @param {Part} [part] */
+  shows(slot, part) {
+    return super.shows(slot) || (slot === "map" && (!part || "domain" in part.data));
+  }
+
   /** @override */
   get frame() {
     const { xlim } = framed(windowOf(this.app.state, "map"));
