@@ -8,7 +8,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import numpy as np
 import pytest
 from tests.app.browser.conftest import SETTLE_MS, Explorer
-from tests.app.browser.test_looks import violations
+from tests.app.browser.test_looks import boxes, violations
 from tests.sizes import slow
 
 import stickslip as ss
@@ -239,6 +239,20 @@ def test_it_says_what_it_does_not_compute(alone):
     alone.page.wait_for_function(
         r"() => document.querySelector('.error').textContent.includes('V = \u22121 is not above 0')"
     )
+
+
+@pytest.mark.parametrize("width", [1280, 1024, 870, 400])
+def test_how_all_is_computed_is_read_in_every_width(alone, width):
+    """The command was cut off, where it was not seen at all."""
+    alone.page.set_viewport_size({"width": width, "height": 800})
+    alone.page.evaluate("() => new Promise(requestAnimationFrame)")
+    (left, top, right, bottom), header = boxes(alone, ".connection, header.top")[::-1]
+    assert header[0] <= left
+    assert header[1] <= top
+    assert right <= header[2]
+    assert bottom <= header[3]
+    cut = "(e) => e.scrollWidth > e.clientWidth || e.scrollHeight > e.clientHeight"
+    assert not alone.page.locator(".connection").evaluate(cut)
 
 
 def test_it_refuses_what_the_server_refuses(alone):
