@@ -95,6 +95,25 @@ def test_a_thread_that_hears_nothing_makes_way(alone):
     alone.page.wait_for_function(told, timeout=20_000)
 
 
+def test_a_thread_that_waits_for_its_engine_hears(alone):
+    """On a slow line it was ended, and loaded all anew, with each change of a value."""
+    alone.page.wait_for_function(ALL_SHOWN)
+    held = []
+    alone.page.context.route("**/coulomb.wasm", lambda route: held.append(route))
+    alone.page.evaluate(
+        """() => {
+            window.first = explorer.connection.link.worker;
+            explorer.setParameter("V", 0.05);
+            setTimeout(() => explorer.setParameter("V", 0.06), 300);
+        }"""
+    )
+    alone.page.wait_for_timeout(1800)
+    assert alone.page.evaluate("() => first === explorer.connection.link.worker")
+    assert len(held) == 1
+    held[0].continue_()
+    alone.page.wait_for_function(CURRENT)
+
+
 @pytest.mark.parametrize("last", [False, True])
 def test_a_thread_makes_way_whatever_it_told_before_it_could_hear(alone, last):
     """A part on its way stopped the clock for good; so did an end, before what was called off."""

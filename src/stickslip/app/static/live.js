@@ -197,20 +197,23 @@ const wanted = new Map();
 /** Messages that came meanwhile are heard, not always all. */
 const pause = () => new Promise((go) => setTimeout(go));
 
-/** @param {any} message */
+/** @param {number} id @param {object} more */
+const tell = (id, more) =>
+  self.postMessage({ id, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
+
+/** Tell all parts, or those until it is called off. @param {any} message */
 async function answer({ id, slot, view, request }) {
-  const part = (/** @type {object} */ more) =>
-    self.postMessage({ id, view, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
-  if (wanted.get(slot) !== id) return part({ cancelled: true });
+  const part = (/** @type {object} */ more) => tell(id, more);
   const engine = VIEWS[view] && (await engineOf(request.model));
+  if (wanted.get(slot) !== id) return part({ cancelled: true });
   if (!engine) return part({ cancelled: true, data: { missing: true } });
   const error = fault(request.model, engine.law);
   if (error) return part({ error });
   engine.until = performance.now() + PATIENCE_MS;
   for (const { name, data, arrays = {} } of VIEWS[view](engine, request)) {
-    if (wanted.get(slot) !== id) return part({ cancelled: true });
     part({ last: false, progress: 0.5, data: { part_name: name, ...data }, arrays });
     await pause();
+    if (wanted.get(slot) !== id) return part({ cancelled: true }); // before more is computed
   }
   part({ data: { part_name: "end" } });
 }
@@ -218,10 +221,13 @@ async function answer({ id, slot, view, request }) {
 /** One after the other: an engine holds one model. @type {Promise<void>} */
 let busy = Promise.resolve();
 self.onmessage = ({ data }) => {
-  if (data.cancel) return void wanted.delete(data.cancel);
+  if (data.cancel) {
+    tell(wanted.get(data.cancel) ?? 0, { cancelled: true }); // at once: it could hear
+    return void wanted.delete(data.cancel);
+  }
   wanted.set(data.slot, data.id);
   if (!VIEWS[data.view]) return void answer(data); // at once: it is told that nothing comes
   busy = busy
     .then(() => answer(data))
-    .catch(({ message }) => self.postMessage({ id: data.id, data: {}, arrays: {}, error: { message } }));
+    .catch(({ message }) => tell(data.id, { error: { message } }));
 };
