@@ -583,7 +583,9 @@ def is_step(left: Nodes, right: Nodes, scale: float) -> Bools:
         low, high = np.minimum(left.slope, right.slope), np.maximum(left.slope, right.slope)
         off = np.maximum(low - mean, mean - high)
         real = np.abs(right.value - left.value) > STEP * scale
-        real &= off > np.abs(left.slope) + np.abs(right.slope)
+        # A slope against the step, however steep beside a singular break, explains none of it.
+        along = np.array([np.maximum(np.sign(mean) * end.slope, 0.0) for end in (left, right)])
+        real &= off > along.sum(axis=0)
         return np.asarray(left.ok & right.ok & real)
 
 

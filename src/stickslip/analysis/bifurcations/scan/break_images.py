@@ -131,9 +131,10 @@ def _sides(
     seen: Counter[tuple[int, int]] = Counter()
     for item in breaks:
         pair = np.array([item.left_label, item.right_label], dtype=np.uint64)
-        values = item.left, item.right
-        for own, side, value in zip(classes.of(pair).tolist(), (-1, 1), values, strict=True):
-            if np.isfinite(value):  # a gap has no images
+        sides = classes.of(pair).tolist(), (-1, 1), (item.left, item.right), item.scatter
+        for own, side, value, scatter in zip(*sides, strict=True):
+            # A gap has no images, and those of a logarithm's last value are rounding.
+            if np.isfinite(value) and not scatter:
                 yield (own, seen[own, side], side), (TrackedDiscontinuity.of(item), side, value)
                 seen[own, side] += 1
     whole = getattr(table.f, "whole", table.f).domain

@@ -52,6 +52,7 @@ WIDER: Final = 8.0  # ... and times the last move
 WIDENING: Final = 4.0  # of that bracket, until the slope changes its sign
 CONTINUOUS: Final = 1e-3  # of the slopes around: a slope that jumps over 0 is no turning point
 AWAY: Final = np.geomspace(1e-7, 1.0, 48)  # of that half width: where a jump is looked for
+MAX_ROUNDS: Final = 24  # of looks at these; each leaves a thirtieth of an interval, or halves some
 HIDDEN: Final = 1e-3  # of a jump: values so far off what slopes foretell may hide a nearer one
 FAN: Final = 33  # points between which the end of a piece is looked for
 FAN_OUT: Final = 8.0 ** np.arange(-12, -2)  # of the domain: how far an end may have moved
@@ -240,26 +241,33 @@ def _by_step(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalRead
     probe, (lo, hi) = Probe(f), f.domain
     away = max(WINDOW * (hi - lo), WIDER * reach) * AWAY
     probe.look([*(border.x - away).tolist(), border.x, *(border.x + away).tolist()])
-    ends = lo, hi
-    while True:
+    ends, clear = (lo, hi), finest(f)
+    for _ in range(MAX_ROUNDS):
         seen = [s for s in probe.seen if ends[0] <= s.x <= ends[1]]
         nodes = _nodes(*seen)
         left, right = nodes.take(slice(None, -1)), nodes.take(slice(1, None))
+        rise, mean = right.value - left.value, 0.5 * (left.slope + right.slope)
         (steps,) = is_step(left, right, hi - lo).nonzero()
-        if not steps.size:
+        if not steps.size and ends == (lo, hi):
             return None
+        if not steps.size:  # beside a singular jump a slope may be as steep, by accident
+            steps = np.array([np.abs(rise).argmax()])
         distance = np.maximum(left.x - border.x, border.x - right.x)
         k = int(steps[distance[steps].argmin()])
-        rise, mean = right.value - left.value, 0.5 * (left.slope + right.slope)
         off = np.abs(rise - mean * (right.x - left.x))
-        # What is nearer must be smooth: among steep branches another jump hides.
-        if not (off[distance < distance[k]] <= HIDDEN * abs(rise[k])).all():
-            return None
+        # What is nearer must be smooth: among steep branches another jump hides. Halves of a cell
+        # that only bends, as beside a logarithm, are.
+        rough = (distance < distance[k]) & (off > HIDDEN * abs(rise[k]))
+        if rough.any() and ends[1] - ends[0] > clear:
+            probe.look((0.5 * (left.x + right.x))[rough].tolist())
+            continue
         last, first = seen[k], seen[k + 1]
         if not are_apart(f, last.x, first.x):
             break
         ends = last.x, first.x
         probe.look([*np.linspace(*ends, FAN).tolist(), *[0.0][: ends[0] < 0 < ends[1]]])
+    else:
+        return None
     found = _described(probe, last, first, last.branch, first.branch, border.x)
     return found if found.critical == replace(border, x=found.x) else None
 
