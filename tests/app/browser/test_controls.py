@@ -111,6 +111,41 @@ def test_a_number_of_a_list_that_is_refused_marks_its_field(explorer):
     assert wrong.evaluate_all("all => all.map(({ name }) => name)") == ["x"]
 
 
+def test_an_entry_of_a_list_that_is_no_number_is_refused(explorer):
+    """An empty one was passed over: of three blocks two were left, without a word."""
+    error = explorer.page.locator(".controls > .error")
+    wrong = explorer.page.locator(".controls [aria-invalid]")
+    with explorer.asking_only("law"):
+        explorer.show("preset=chain", "law")
+        before = explorer.state
+        for typed, told in (
+            ("1,,2", "entry 2 is empty: write 2 to 20 numbers with commas between them."),
+            ("1, 2,", "entry 3 is empty: write 2 to 20 numbers"),
+            ("1, 1_2 1", "entry 2 '1_2' is not a number: write 2 to 20 numbers"),
+        ):
+            explorer.page.locator(".controls input[name='static']").fill(typed)
+            explorer.page.keyboard.press("Enter")
+            assert told in error.text_content()
+            assert wrong.evaluate_all("all => all.map(({ name }) => name)") == ["static"]
+            assert explorer.state == before
+
+
+def test_the_range_of_the_start_is_told_in_few_digits(explorer):
+    explorer.page.locator(".controls input[name='d']").fill("")
+    explorer.page.keyboard.press("Enter")
+    told = "its slider goes from \N{MINUS SIGN}0.6764 to 0.6764."
+    assert told in explorer.page.locator(".controls > .error").text_content()
+    assert ss.event_map(ss.examples.coulomb()).domain[1] > 0.6764
+    ends = "import('./static/numbers.js').then(({ within }) => within(...ends))"
+    for given, expected in (
+        ([-0.25, 1], [-0.25, 1]),
+        ([0, 2 / 3], [0, 0.6666]),
+        ([-2 / 3, -0.66658], [-0.6666666, -0.66658]),
+        ([99.99999, 1234.56], [100, 1234]),
+    ):
+        assert explorer.page.evaluate(f"(ends) => {ends}", given) == expected
+
+
 def test_what_is_wrong_with_all_of_a_model_marks_the_numbers_that_were_changed(explorer):
     """No entry of its matrices is wrong by itself where a motion is too fast to be followed."""
     explorer.show("preset=brake", "law")

@@ -33,7 +33,7 @@ import {
   withLaw,
   withLaws,
 } from "./model.js";
-import { spelled, unquoted, written } from "./numbers.js";
+import { spelled, unquoted, within, written } from "./numbers.js";
 import { clean, completeAlong, completeState, same } from "./state.js";
 
 export class Controls {
@@ -159,13 +159,9 @@ export class Controls {
         const value = typed.valueAsNumber;
         const whole =
           !one.whole || (Number.isInteger(value) && value >= one.min && value <= one.max);
+        const allowed = one.whole ? "must be a whole number" : "must be a number; its slider goes";
         if (!Number.isFinite(value) || !whole)
-          return this.mark(
-            one.name,
-            one.whole
-              ? `${label} must be a whole number from ${one.min} to ${one.max}.`
-              : `${label} must be a number; its slider goes from ${one.min} to ${one.max}.`,
-          );
+          return this.mark(one.name, `${label} ${allowed} from ${within(one.min, one.max).join(" to ")}.`);
         set(value);
       },
     });
@@ -223,17 +219,15 @@ export class Controls {
       name: one.name,
       inputmode: "decimal",
       onchange: () => {
-        const values = field.value
-          .split(/[,;\s]+/)
-          .filter(Boolean)
-          .map(Number);
+        const text = field.value.trim();
+        /** @type {string[]} */ const entries = text ? text.split(/\s*[,;]\s*|\s+/) : [];
+        const values = entries.map((entry) => (entry ? Number(entry) : NaN));
         const { min, max } = counts(this.app.state);
-        if (!values.every(Number.isFinite) || values.length < min || values.length > max) {
-          return this.mark(
-            one.name,
-            `${one.meaning}: write ${min} to ${max} numbers with commas between them.`,
-          );
-        }
+        const odd = values.findIndex((value) => !Number.isFinite(value));
+        const wrong = entries[odd] ? `'${entries[odd]}' is not a number` : "is empty";
+        const told = odd < 0 ? one.meaning : `${one.meaning}, entry ${odd + 1} ${wrong}`;
+        if (odd >= 0 || values.length < min || values.length > max)
+          return this.mark(one.name, `${told}: write ${min} to ${max} numbers with commas between them.`);
         set(values);
       },
     });

@@ -72,6 +72,17 @@ export function short(value, digits = 5) {
   return minus(String(plain));
 }
 
+/** A range in few digits, its ends rounded inward. @param {number} low @param {number} high */
+export function within(low, high) {
+  const digits = 4 + Math.max(0, Math.floor(Math.log10(Math.max(-low, high) / (high - low))));
+  return [low, high].map((end, k) => {
+    const near = Number(end.toPrecision(digits));
+    if (near >= low && near <= high) return near;
+    const unit = 10 ** (Math.floor(Math.log10(Math.abs(end))) + 1 - digits);
+    return Number((near + (k ? -unit : unit)).toPrecision(digits));
+  });
+}
+
 /** A formula or a name as somebody typed it, in quotation marks. */
 const QUOTED = /((?<!\w)'.*?'(?!\w)|"[^"]*")/;
 
