@@ -142,6 +142,24 @@ def test_a_map_whose_values_lie_outside_its_view_says_so(explorer):
     assert outside in explorer.view("map", "view.sentence()")
 
 
+def test_a_diagram_whose_points_lie_outside_its_view_says_so(explorer):
+    """It said no more than that nothing changes there."""
+    outside = "All values lie outside what is shown."
+    explorer.settle("diagram")
+    low, high = explorer.state["diagram"]["range"]
+    (x, *_), (y, *_) = explorer.view("diagram", "view.dots[0].map((some) => [...some])")
+    for box, is_empty in (
+        ([low, high, -1, 1], False),
+        ([low, high, 5, 6], True),
+        ([x - 1e-9, x + 1e-9, y - 1e-9, y + 1e-9], False),
+    ):
+        told = explorer.view(
+            "diagram",
+            f"(view.plot.view = {box}, view.sentence())",
+        )
+        assert (outside in told) == is_empty
+
+
 def test_basins_of_a_narrow_window_are_drawn_at_once(explorer):
     """Bands were hatched as far as they reach: a zoom to 1e-9 stopped the page for minutes."""
     explorer.settle("basins")

@@ -11,7 +11,7 @@ import { AWAY, bifurcationThings, told, under } from "../objects.js";
 import { indexed, startPoint } from "../model.js";
 import { short, span } from "../numbers.js";
 import { colors } from "../theme.js";
-import { View } from "./view.js";
+import { OUTSIDE, View } from "./view.js";
 
 const CLOSE = 16; // pixels between two of a kind that are named apart
 
@@ -74,11 +74,12 @@ export class DiagramView extends View {
     const where = beside ? `${beside} of what is shown` : "the line";
     const here = `At ${app.written(parameter)} = ${short(app.parameter, 6)}, ${where}`;
     const things = bifurcationThings(app);
-    if (!things.length) return `${here}: nothing changes in this range.`;
+    const off = this.isOutside ? OUTSIDE : "";
+    if (!things.length) return `${here}: nothing changes in this range.${off}`;
     const ahead = things.find(({ at }) => at > app.parameter);
     const { at, of, why } = ahead ?? things[things.length - 1];
     const place = `${ahead ? "next on the right" : "behind"}, at ${short(at, 8)}`;
-    return `${here}; ${place}: ${of.kind.replaceAll("_", " ")}${why && `, ${why.split(AWAY)[0]}`}.`;
+    return `${here}; ${place}: ${of.kind.replaceAll("_", " ")}${why && `, ${why.split(AWAY)[0]}`}.${off}`;
   }
 
   /** @returns {Part | undefined} */
@@ -96,6 +97,16 @@ export class DiagramView extends View {
     return this.parts
       .filter(({ data }) => data.part_name === "dots")
       .map(({ arrays }) => [arrays.value, arrays.d]);
+  }
+
+  /** Whether points are known, and none of them lies in the view. */
+  get isOutside() {
+    const [, , low, high] = this.plot.view; // what is drawn by now may be of the view before
+    const orbits = Object.entries(this.branches?.arrays ?? {}).filter(([name]) => name.startsWith("points_"));
+    /** @type {(Numbers | number[])[]} */ const all = [...this.dots, ...orbits].map(([, ys]) => ys);
+    all.push(...this.throughJumps.map(({ ys }) => ys));
+    const some = (/** @type {(y: number) => boolean} */ is) => all.some((ys) => ys.some(is));
+    return some(Number.isFinite) && !some((y) => y >= low && y <= high);
   }
 
   /** What the dots span. */

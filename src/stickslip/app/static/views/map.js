@@ -10,7 +10,7 @@ import { modeBar } from "../modes.js";
 import { AWAY, breakThings, isThrough, orbitThing, orbitsOf, told, under } from "../objects.js";
 import { colorOf, colors } from "../theme.js";
 import { listed, nearest, short } from "../numbers.js";
-import { View, framed } from "./view.js";
+import { OUTSIDE, View, framed } from "./view.js";
 
 const LEFT = 58;
 const GESTURES = "Click to start a motion, drag to zoom.";
@@ -109,7 +109,7 @@ export class MapView extends View {
     const d = startPoint(state);
     const shown = this.plot.view; // what is drawn by now may be of the view before
     const isSeen = (/** @type {number} */ y) => y >= shown[2] && y <= shown[3];
-    const off = values.arrays.f.some(isSeen) ? "" : " All values lie outside what is shown.";
+    const off = values.arrays.f.some(isSeen) ? "" : OUTSIDE;
     const all = this.orbits.orbits.filter((orbit) => !isThrough(orbit));
     const proper = all.filter((orbit) =>
       this.spots(orbit).some(

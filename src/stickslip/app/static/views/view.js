@@ -10,6 +10,8 @@ import { element } from "../dom.js";
 import { Panel } from "../panel.js";
 import { Plot } from "../plot.js";
 
+export const OUTSIDE = " All values lie outside what is shown.";
+
 /** What is seen of a plot's axes, if that is not all. @param {import("../types.js").Box | null | undefined} box */
 export const framed = (box) => (box ? { xlim: box.slice(0, 2), ylim: box.slice(2) } : {});
 
