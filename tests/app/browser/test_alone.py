@@ -91,8 +91,22 @@ def test_a_thread_that_hears_nothing_makes_way(alone):
     for name, value in (("alpha", 3), ("V", 0.001), ("damping", 0.1)):
         alone.page.evaluate("([name, value]) => explorer.setParameter(name, value)", [name, value])
         alone.page.wait_for_timeout(500)
-    told = "() => explorer.standing('diagram').reason.startsWith('not computed on this page')"
+    told = "() => explorer.standing('map').reason.startsWith('not computed on this page')"
     alone.page.wait_for_function(told, timeout=20_000)
+
+
+def test_what_is_never_computed_there_is_told_at_once(alone):
+    """It was said to be computed, until the thread had computed something else to its end."""
+    alone.page.wait_for_function(ALL_SHOWN)
+    alone.page.evaluate(
+        """() => {
+            explorer.connection.link.worker.postMessage = () => {}; // heard when it pauses
+            explorer.setParameter("alpha", 1.3);
+        }"""
+    )
+    told = """() => ["basins", "diagram"].every((slot) =>
+        explorer.standing(slot).reason.startsWith("not computed on this page"))"""
+    alone.page.wait_for_function(told, timeout=5_000)
 
 
 def test_a_thread_that_waits_for_its_engine_hears(alone):
@@ -128,7 +142,8 @@ def test_a_thread_makes_way_whatever_it_told_before_it_could_hear(alone, last):
             };
             const thread = new Thread();
             thread.open({ onopen() {}, onpart() {} });
-            ["map", "power"].forEach((slot, k) => thread.send({ id: k + 1, slot }));
+            const view = "event_map";
+            ["map", "power"].forEach((slot, k) => thread.send({ id: k + 1, slot, view }));
             ["power", "map"].forEach((cancel) => thread.send({ cancel }));
             begun[0].onmessage({ data: { id: 1, last } });
             await new Promise((go) => setTimeout(go, 1100));

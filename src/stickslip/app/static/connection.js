@@ -8,6 +8,9 @@ const PATIENCE_MS = 120; // a question that has run this long gives way to a new
 const SILENT_MS = 1000; // a thread that goes on for so long with what is called off is ended
 const RETRY_MS = [300, 1000, 3000];
 
+/** Views that a thread computes: of others it need not be asked. */
+export const COMPUTED = /** @type {const} */ (["event_map", "cobweb", "motion", "law", "locus"]);
+
 /** @type {Record<string, any>} */
 const KINDS = { f8: Float64Array, f4: Float32Array, u1: Uint8Array, i4: Int32Array };
 
@@ -60,6 +63,7 @@ export class Thread {
   /** @param {Parameters<Link["open"]>[0]} hears */
   open(hears) {
     const { onopen, onpart, onbroken } = hears;
+    this.onpart = onpart;
     this.worker = new Worker("static/live.js", { type: "module" });
     this.unanswered.clear();
     this.worker.onmessage = ({ data }) => {
@@ -80,6 +84,11 @@ export class Thread {
 
   /** @param {any} message */
   send(message) {
+    if (message.id && !COMPUTED.includes(message.view)) {
+      const none = { ...ENDED, id: message.id, view: message.view, data: { missing: true } };
+      setTimeout(() => this.onpart?.(none));
+      return;
+    }
     this.worker?.postMessage(message);
     if (message.id) this.unanswered.set(message.id, message.slot);
     else

@@ -1,6 +1,7 @@
 /**
  * In the place of a server: a thread that answers what the package's kernels can answer alone.
  *
+ * @import {COMPUTED} from "./connection.js"
  * @import {Model, Numbers} from "./types.js"
  * @import {Law} from "./engine.js"
  */
@@ -90,7 +91,7 @@ const domainOf = ({ alpha, beta }) => [-(1 + beta) / (1 + 2 * alpha), (1 + beta)
 const evenly = (/** @type {number[]} */ [low, high], /** @type {number} */ n) =>
   Float64Array.from({ length: n }, (_, k) => low + ((high - low) * k) / (n - 1));
 
-/** @type {Record<string, (engine: Engine, request: any) => Iterable<Found & {name: string}>>} */
+/** @type {Record<typeof COMPUTED[number], (engine: Engine, request: any) => Iterable<Found & {name: string}>>} */
 const VIEWS = {
   *event_map(engine, { model, window, points, power, max_period }) {
     const domain = domainOf(model);
@@ -201,10 +202,13 @@ const pause = () => new Promise((go) => setTimeout(go));
 const tell = (id, more) =>
   self.postMessage({ id, part: 0, last: true, progress: 1, data: {}, arrays: {}, ...more });
 
-/** Tell all parts, or those until it is called off. @param {any} message */
+/**
+ * Tell all parts, or those until it is called off.
+ * @param {{id: number, slot: string, view: typeof COMPUTED[number], request: any}} message
+ */
 async function answer({ id, slot, view, request }) {
   const part = (/** @type {object} */ more) => tell(id, more);
-  const engine = VIEWS[view] && (await engineOf(request.model));
+  const engine = await engineOf(request.model);
   if (wanted.get(slot) !== id) return part({ cancelled: true });
   if (!engine) return part({ cancelled: true, data: { missing: true } });
   const error = fault(request.model, engine.law);
@@ -226,7 +230,6 @@ self.onmessage = ({ data }) => {
     return void wanted.delete(data.cancel);
   }
   wanted.set(data.slot, data.id);
-  if (!VIEWS[data.view]) return void answer(data); // at once: it is told that nothing comes
   busy = busy
     .then(() => answer(data))
     .catch(({ message }) => tell(data.id, { error: { message } }));
