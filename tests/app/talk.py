@@ -79,7 +79,9 @@ class Page:
         return number
 
     def read(self):
-        return unpack(self.socket.receive_bytes())
+        """Read what is no mere sign that the server is at work."""
+        received = unpack(self.socket.receive_bytes())
+        return self.read() if received.header["view"] == "beat" else received
 
     def answer(self, number):
         """Read the parts of one answer up to its last message, that one included."""

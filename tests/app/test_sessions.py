@@ -12,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 from tests.app.talk import CHAIN, COULOMB, opened, unpack
 
 import stickslip as ss
-from stickslip.app import explorer, requests
+from stickslip.app import explorer, requests, session
 from stickslip.app.compiler import Compiler
 from stickslip.app.jobs import CREDIT, CalledOffError, Gate, Job, TimeIsUpError, checkpoint
 from stickslip.app.pictures import DRAW
@@ -200,6 +200,21 @@ def test_the_latest_request_of_a_slot_wins(page, endless):
     assert ended == {first: True, waiting: True}
     page.socket.send_text('{"cancel": "locus"}')
     assert page.answer(last)[-1].header["cancelled"]
+
+
+def test_while_something_is_asked_the_server_tells_that_it_is_there(client, endless, monkeypatch):
+    """A page cannot tell otherwise a long answer from a line that is dead."""
+    monkeypatch.setattr(session, "BEAT", 0.01)
+    with opened(client) as page:
+        page.ask("locus")
+        assert page.read().name == "begun"
+        assert unpack(page.socket.receive_bytes()).header["view"] == "beat"
+        page.socket.send_text('{"cancel": "locus"}')
+        assert page.read().header["cancelled"]
+        time.sleep(0.05)  # a word of what is not asked any more is on its way at most
+        page.socket.send_text("")
+        beats = iter(lambda: "error" in unpack(page.socket.receive_bytes()).header, True)
+        assert len(list(beats)) <= 1
 
 
 def test_another_slot_goes_on(page, endless):

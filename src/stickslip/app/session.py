@@ -39,6 +39,7 @@ SLOTS: Final = 16  # that a page may ask in
 TRY_AGAIN: Final = 1013  # code with which a page is closed for want of room
 PAUSE: Final = 1e-3  # seconds after each message of a page, and to it: others are heard, too
 SHARE: Final = 8e-3  # seconds for which each message of a client counts, all its pages together
+BEAT: Final = 1.0  # seconds between two words to a page that waits, whatever is computed for it
 BURST: Final = 0.5  # seconds of them that are heard without waiting
 
 
@@ -115,6 +116,7 @@ class Session:
         async with anyio.create_task_group() as self._tasks:
             self._tasks.start_soon(self._until_closed, self._read)
             self._tasks.start_soon(self._until_closed, self._write)
+            self._tasks.start_soon(self._beat)
         if self._farewell:
             with suppress(RuntimeError):  # it has gone meanwhile
                 await self._socket.close(TRY_AGAIN, self._farewell)
@@ -159,6 +161,13 @@ class Session:
                 content = self._unsent.popleft()
                 self._unsent_size -= len(content)
                 await self._socket.send_bytes(content)
+
+    async def _beat(self) -> None:
+        """Give a sign of life while something is asked: a long answer is none for long."""
+        while True:
+            await asyncio.sleep(BEAT)
+            if any(lane.is_served for lane in self._lanes.values()):
+                self.send({"view": "beat"})
 
     # --- reading ------------------------------------------------------------------------------
 

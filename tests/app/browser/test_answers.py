@@ -7,6 +7,7 @@ from tests.app.browser.test_looks import violations
 from tests.app.talk import COULOMB
 
 from stickslip.app.folder import preset_names
+from stickslip.app.requests import message
 
 STATES = """() => Object.fromEntries(explorer.views.filter(({ panel }) => !panel.section.hidden)
     .map(({ id, panel }) => [id, panel.section.dataset.state]))"""
@@ -162,6 +163,41 @@ def test_a_server_that_is_gone_is_the_reason(lonely):
         badge = lonely.locator(f"[data-panel={panel}] .badge")
         assert badge.text_content() == "the server does not answer"
         assert states(lonely)[panel] == "empty"  # so its words are not dimmed
+
+
+def test_a_server_that_says_nothing_for_long_does_not_answer(lonely):
+    """Where the network was offline, or the server stopped, all went on saying that it computes."""
+    lonely.wait_for_function(SHOWN)
+    lonely.clock.install()
+    slider = lonely.locator("[data-slider='V']")
+    slider.focus()
+    slider.press("ArrowRight")
+    badge = lonely.locator("[data-panel=map] .badge")
+    status = lonely.locator(".connection")
+    beat = message({"view": "beat", "data": {}})
+    for _ in range(2):
+        lonely.sockets[0].send(beat)
+        lonely.wait_for_function("() => !explorer.connection.lost")
+        lonely.clock.run_for(4_000)
+        assert badge.text_content() == "older values: computing"
+        assert not status.text_content()
+        lonely.clock.run_for(2_000)
+        assert badge.text_content() == "older values: the server does not answer"
+        assert status.text_content() == "The server does not answer; waiting for it …"
+        assert states(lonely)["map"] == "stale"
+
+
+def test_of_a_server_that_is_asked_nothing_no_word_is_waited_for(lonely):
+    lonely.wait_for_function(SHOWN)
+    lonely.clock.install()
+    lonely.evaluate(
+        """() => {
+            const { connection } = explorer;
+            [...connection.running.keys()].forEach((slot) => connection.cancel(slot));
+        }"""
+    )
+    lonely.clock.run_for(60_000)
+    assert not lonely.locator(".connection").text_content()
 
 
 def places(page):

@@ -580,7 +580,7 @@ def test_a_lost_connection_is_told_and_taken_up_again(explorer):
     explorer.page.evaluate("() => explorer.connection.link.socket.close()")
     status = explorer.page.locator(".connection")
     explorer.page.wait_for_function("() => document.querySelector('.connection').textContent")
-    assert "No connection" in status.text_content()
+    assert "The server does not answer" in status.text_content()
     explorer.page.wait_for_function("() => !document.querySelector('.connection').textContent")
     explorer.type_into("mu", 0.23)
     assert explorer.inked("map") > 8

@@ -6,6 +6,7 @@
 
 const PATIENCE_MS = 120; // a question that has run this long gives way to a newer one
 const SILENT_MS = 1000; // a thread that goes on for so long with what is called off is ended
+const QUIET_MS = 5000; // a server that is asked something speaks each second; after so long it is gone
 const RETRY_MS = [300, 1000, 3000];
 
 /** Views that a thread computes: of others it need not be asked. */
@@ -29,10 +30,13 @@ const ENDED = { part: 0, last: true, cancelled: true, progress: 0, data: {}, arr
  * @typedef {object} Link  what carries questions there and answers back
  * @property {(hears: {onopen: () => void, onpart: (part: Part) => void, onclose: () => void, onbroken: () => void}) => void} open
  * @property {(message: object) => void} send
+ * @property {boolean} [speaks]  whether it gives a sign of life while it computes
  */
 
 /** A server. @implements {Link} */
 export class Socket {
+  speaks = true;
+
   /** @param {string} url */
   constructor(url) {
     this.url = url;
@@ -170,8 +174,13 @@ export class Connection {
           this.#send(this.waiting.get(asked.slot) ?? asked); // the newer one: nothing runs by now
           this.waiting.delete(asked.slot);
         }
+        this.#listen();
       },
-      onpart: (part) => this.#receive(part),
+      onpart: (part) => {
+        this.#listen();
+        if (this.lost) this.#stand(true);
+        this.#receive(part);
+      },
       onbroken: () => {
         const error = { message: "the script that computes does not load" };
         for (const { id, question } of [...this.running.values()])
@@ -179,17 +188,30 @@ export class Connection {
       },
       onclose: () => {
         this.open = false;
-        this.lost = true;
-        this.onchange(false);
+        this.#stand(false);
         const pause = RETRY_MS[Math.min(this.failures++, RETRY_MS.length - 1)];
         setTimeout(() => this.#open(), pause);
       },
     });
   }
 
+  /** @param {boolean} answers */
+  #stand(answers) {
+    this.lost = !answers;
+    this.onchange(answers);
+  }
+
+  /** From now on, silence counts. */
+  #listen() {
+    clearTimeout(this.timer);
+    if (!this.open || !this.link.speaks) return;
+    this.timer = setTimeout(() => this.running.size && this.#stand(false), QUIET_MS);
+  }
+
   /** @param {Asked} asked */
   #send(asked) {
     const { id, slot, question } = asked;
+    if (!this.running.size) this.#listen();
     asked.since = performance.now();
     this.running.set(slot, asked);
     this.#write({ id, slot, ...question });
@@ -204,7 +226,6 @@ export class Connection {
   #receive(part) {
     if (part.view === "hello") {
       this.failures = 0; // not before: a full server opens the socket to say so
-      this.lost = false;
       return this.onchange(true, part.data.warm ? undefined : part.data.steps);
     }
     const running = [...this.running.values()].find(({ id }) => id === part.id);

@@ -110,7 +110,7 @@ async function start() {
     state,
     new Shipped(entries),
     (open, steps) => {
-      status.textContent = open ? preparing(steps) : "No connection to the server; trying again …";
+      status.textContent = open ? preparing(steps) : "The server does not answer; waiting for it …";
       status.classList.toggle("error", !open);
     },
   );
