@@ -7,6 +7,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 from tests.app.browser.conftest import SETTLE_MS, Explorer
 from tests.app.browser.test_looks import boxes, violations
 from tests.sizes import slow
@@ -16,6 +17,7 @@ from stickslip.app import live
 from stickslip.app.folder import STATIC, preset_names
 from stickslip.app.one_file import one_file
 from stickslip.app.shipped import export
+from stickslip.mechanics.model.file import model_of_values
 
 ALL_SHOWN = """() => explorer.views.every(({ panel }) => panel.section.hidden ||
     panel.section.dataset.state === "example")"""
@@ -75,6 +77,25 @@ def test_its_numbers_are_the_library_s(alone):
     )
     end = ss.simulate(ss.examples.coulomb(), d=0.1, t_end=120).x(120.0)
     np.testing.assert_allclose(motion, [120, *end], rtol=1e-6)
+
+
+def test_a_motion_of_few_samples_is_drawn_as_a_curve(alone):
+    """Portraits of a chain were polygons with corners that everybody saw."""
+    alone.go("preset=chain")
+    alone.page.wait_for_function(ALL_SHOWN)
+    x, v = np.array(alone.view("portrait-2", "[[...view.path.x], [...view.path.v]]"), dtype=float)
+    values = alone.state["model"]
+    start = alone.page.evaluate("() => explorer.question('motion').request")
+    motion = ss.simulate(model_of_values(values), start["x"], start["v"], t_end=120.0)
+    t = np.linspace(0.0, 120.0, 40_001)
+    true = np.stack([motion.x(t)[:, 1], motion.v(t)[:, 1]], axis=1)
+    span = np.ptp(true, axis=0)
+    corners = np.stack([x, v], axis=1) / span
+    middles = 0.5 * (corners[1:] + corners[:-1])
+    middles = middles[np.isfinite(middles).all(axis=1)]
+    off, _ = KDTree(true / span).query(middles)
+    assert len(middles) > 100
+    assert off.max() < 2e-3  # half a pixel
 
 
 def states(alone):

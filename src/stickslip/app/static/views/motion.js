@@ -2,7 +2,7 @@
  * Views of the motion in time: phase portraits, plane of displacements, stick and slip over time.
  *
  * @import {App} from "../app.js"
- * @import {Box, Model} from "../types.js"
+ * @import {Box, Model, Numbers} from "../types.js"
  */
 import { mark } from "../marks.js";
 import { blockCount, isStructure } from "../model.js";
@@ -28,6 +28,29 @@ function around(xs, ys, others = [[], []]) {
       return [low - pad, high + pad];
     })
   );
+}
+
+const FINE = 3000; // samples of a motion between which straight lines are seen as none
+
+/**
+ * A motion that has few samples with more: on cubics that have their displacements and velocities.
+ * @param {Numbers} t @param {Numbers} x @param {Numbers} v
+ */
+function smooth(t, x, v) {
+  /** @type {[number, number][]} */ const points = [];
+  for (let k = 0; k < t.length; k++) {
+    points.push([x[k], v[k]]);
+    const h = t[k + 1] - t[k];
+    const count = Math.ceil((FINE * h) / t[t.length - 1]); // none between two that are close: they are rounded
+    const mean = (x[k + 1] - x[k]) / h;
+    for (let part = 1; part < count; part++) {
+      const s = part / count;
+      const bend = 3 * (1 - s) * s * (2 * mean - v[k] - v[k + 1]);
+      const from = v[k] * (1 - s) ** 2 - v[k + 1] * s * (1 - s) + mean * s * (3 - 2 * s);
+      points.push([x[k] + h * s * from, v[k] + s * (v[k + 1] - v[k]) + bend]);
+    }
+  }
+  return { x: Float64Array.from(points, ([x]) => x), v: Float64Array.from(points, ([, v]) => v) };
 }
 
 /**
@@ -99,6 +122,8 @@ export class PortraitView extends View {
       const rides = column(arrays.mode, block, count).map((mode) => Number(mode === 0));
       this.slips = this.v.map((v, k) => (rides[k] && rides[k - 1] && rides[k + 1] ? NaN : v));
       this.rides = this.v.map((v, k) => (rides[k] ? v : NaN));
+      // Displacements along contacts of structures need not have these velocities for rates.
+      this.path = arrays.u === arrays.x ? smooth(arrays.t, this.x, this.slips) : { x: this.x, v: this.slips };
       this.whole = around([this.x], [this.v], [arrays.x, arrays.v]);
     }
     const whole = this.of ? this.whole : undefined;
@@ -121,7 +146,7 @@ export class PortraitView extends View {
     if (!this.x || !this.v) return plot.message(this.emptyText("motion"));
     const of = colors();
     plot.horizontal(this.V, { color: of.muted, width: 1, dash: [5, 4] });
-    plot.line(this.x, /** @type {any} */ (this.slips), { width: 1 });
+    if (this.path) plot.line(this.path.x, this.path.v, { width: 1 });
     plot.line(this.x, /** @type {any} */ (this.rides), { color: of.stick, width: 3 });
     if (this.V) return;
     this.rides?.forEach((v, k, rides) => {
@@ -203,6 +228,7 @@ export class PlaneView extends View {
     if (arrays && this.isFor(this.app.state) && arrays.x.length === 2 * arrays.t.length && arrays !== this.of) {
       this.of = arrays;
       this.x = [0, 1].map((k) => column(arrays.x, k, 2));
+      this.path = this.x.map((x, k) => smooth(arrays.t, x, column(arrays.v, k, 2)).x);
       const both = Uint8Array.from(arrays.t, (_, k) =>
         Number(arrays.mode[2 * k] + arrays.mode[2 * k + 1] === 0),
       );
@@ -237,8 +263,8 @@ export class PlaneView extends View {
       const look = k === 0 ? { color: of.green } : { color: of.vermillion, dash: [7, 2] };
       plot.segment(from[0], from[1], to[0], to[1], { width: 2.5, ...look });
     });
-    if (!x) return;
-    plot.line(x[0], x[1], { width: 0.9, alpha: 0.8 });
+    if (!x || !this.path) return;
+    plot.line(this.path[0], this.path[1], { width: 0.9, alpha: 0.8 });
     plot.line(x[0], /** @type {any} */ (this.glide), { color: of.stick, width: 3 });
   }
 
