@@ -167,7 +167,7 @@ class Session:
         while True:
             await asyncio.sleep(BEAT)
             if any(lane.is_served for lane in self._lanes.values()):
-                self.send({"view": "beat"})
+                self.send({"id": 0, "view": "beat", "last": True, "data": {"part_name": "beat"}})
 
     # --- reading ------------------------------------------------------------------------------
 
