@@ -10,6 +10,7 @@ from tests.app.talk import CHAIN, COULOMB
 
 from stickslip.app import compiler
 from stickslip.app.compiler import NUMBERS, Compiler, typical
+from stickslip.app.explorer import Warmth
 from stickslip.app.exports import KNOWN
 from stickslip.app.jobs import CalledOffError, Gate, Job
 from stickslip.app.requests import Motion, request_of
@@ -80,6 +81,33 @@ def test_the_server_compiles_where_no_process_can_do_it_for_it(kept, tmp_path, m
         ours.prepare([asked("motion", d=d)])
     assert answered == [typical(asked("motion", d=0.1))]
     assert not list(tmp_path.rglob("*"))
+
+
+def test_what_is_asked_of_a_compiler_that_has_ended_is_called_off(tmp_path, monkeypatch):
+    """The thread that compiles in advance ended with a traceback where a server was stopped."""
+    monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)
+    ended = Compiler()
+    ended.stop()
+    with pytest.raises(CalledOffError):
+        ended.prepare([asked("motion", d=0.1)])
+    warmth = Warmth(Gate(1), ended)
+    warmth._warm_up()
+    assert not warmth.is_complete
+
+
+def test_what_waits_for_a_compiler_is_called_off_when_that_ends(tmp_path, monkeypatch):
+    """It waited for ever."""
+    monkeypatch.setattr(compiler, "cache_root", lambda: tmp_path)
+    made, end, begun = Compiler(), threading.Event(), threading.Event()
+    made._queue.submit(lambda: (begun.set(), end.wait(20)))
+    assert begun.wait(20)
+    threading.Timer(0.05, made.stop).start()
+    waits = iter(range(10))
+    try:
+        with pytest.raises(CalledOffError):
+            made.prepare([asked("motion", d=0.1)], check=lambda: next(waits))
+    finally:
+        end.set()
 
 
 def test_who_is_called_off_waits_no_longer_for_the_compiler(tmp_path, monkeypatch):

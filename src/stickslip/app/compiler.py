@@ -22,6 +22,7 @@ import msgspec
 
 from stickslip import examples
 from stickslip.app import requests
+from stickslip.app.jobs import CalledOffError
 from stickslip.app.requests import BadRequestError, model_of
 from stickslip.app.views import VIEWS
 from stickslip.mechanics.friction import FrictionLaw, TabulatedFriction, UserLaw
@@ -62,7 +63,8 @@ class Compiler:
     ) -> None:
         """Compile the kernels that these requests need, unless that was done before."""
         # `report` is told how many of how many of them are ready; what `check` raises ends the
-        # wait, not a process that compiles. BadRequestError for one formula too many.
+        # wait, not a process that compiles. BadRequestError for one formula too many,
+        # CalledOffError where the compiler was stopped.
         looks = {_look(request): request for request in asked}
         if looks.keys() <= self._ready:  # nearly always, and somebody waits for the answer
             return
@@ -82,12 +84,18 @@ class Compiler:
     ) -> None:
         root = cache_root()
         marks = None if root is None else root / "explorer"
-        work = self._queue.submit(self._compile, keyed, marks, report)
         try:
-            while not wait([work], PATIENCE).done:
+            work = self._queue.submit(self._compile, keyed, marks, report)
+        except RuntimeError:  # it takes no more
+            raise CalledOffError from None
+        try:
+            # Who waits is not told of what is cancelled.
+            while not (wait([work], PATIENCE).done or work.cancelled()):
                 check()
         finally:
             work.cancel()  # if it has not begun
+        if work.cancelled():
+            raise CalledOffError
         work.result()
 
     def _compile(

@@ -11,6 +11,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, Final
 
 import msgspec
@@ -24,7 +25,7 @@ from stickslip.app import requests
 from stickslip.app.compiler import Compiler
 from stickslip.app.exports import LARGEST, Downloads, read_body
 from stickslip.app.folder import presets
-from stickslip.app.jobs import Gate
+from stickslip.app.jobs import CalledOffError, Gate
 from stickslip.app.page import of_model
 from stickslip.app.requests import BadRequestError, model_of_text
 from stickslip.app.session import TRY_AGAIN, Limits, Session, Workers
@@ -82,6 +83,10 @@ class Warmth:
                 session.send(self._hello())
 
     def _warm_up(self) -> None:
+        with suppress(CalledOffError):  # the server has ended
+            self._compile_in_stages()
+
+    def _compile_in_stages(self) -> None:
         started = time.perf_counter()
         stages = _asked_first(self._model)
         try:
