@@ -6,14 +6,19 @@ from tests.analysis.known_maps import doubling, logistic, square_root, tent
 
 from stickslip.analysis.attractors.along import Motion, Settler
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
+from stickslip.analysis.maps.side_by_side import side_by_side
 
 CORNER = np.array([0.5])
 NOTHING = np.empty(0)
 SPREAD = np.linspace(0.05, 0.95, 8)
 
 
+def at(settler, f, cycles, critical, spread):
+    return side_by_side([settler.at(f, cycles, critical, spread)])[0]
+
+
 def settle(f, *, cycles=(), critical=CORNER, spread=NOTHING):
-    return Settler(64).at(f, list(cycles), critical, spread)
+    return at(Settler(64), f, list(cycles), critical, spread)
 
 
 @pytest.mark.parametrize(("r", "period"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.83, 3), (3.556, 8)])
@@ -45,9 +50,9 @@ def test_given_cycles_are_not_found_again():
 def test_a_cycle_is_handed_on_by_newtons_method():
     """Without any critical point to start from."""
     settler = Settler(64)
-    settler.at(logistic(3.555), [], CORNER, NOTHING)
+    at(settler, logistic(3.555), [], CORNER, NOTHING)
     for r in (3.556, 3.557, 3.558):
-        (motion,) = settler.at(logistic(r), [], NOTHING, NOTHING)
+        (motion,) = at(settler, logistic(r), [], NOTHING, NOTHING)
         assert motion.period == 8
         f = logistic(r)
         np.testing.assert_allclose(f(motion.points), np.roll(motion.points, -1), rtol=0, atol=1e-13)
@@ -55,8 +60,8 @@ def test_a_cycle_is_handed_on_by_newtons_method():
 
 def test_a_cycle_that_has_flipped_is_followed_by_the_doubled_one():
     settler = Settler(64)
-    settler.at(logistic(3.44), [], CORNER, NOTHING)
-    (motion,) = settler.at(logistic(3.46), [], CORNER, NOTHING)
+    at(settler, logistic(3.44), [], CORNER, NOTHING)
+    (motion,) = at(settler, logistic(3.46), [], CORNER, NOTHING)
     assert motion.period == 4
 
 
@@ -76,9 +81,9 @@ def test_a_chaotic_motion_whose_critical_orbit_leaves_is_dropped():
         breakpoints=[0.5],
     )
     settler = Settler(64)
-    (kept,) = settler.at(over.replace(slope=1.9999), [], CORNER, NOTHING)
+    (kept,) = at(settler, over.replace(slope=1.9999), [], CORNER, NOTHING)
     assert kept.kind == "chaotic"
-    assert settler.at(over.replace(slope=2.0001), [], CORNER, NOTHING) == []
+    assert at(settler, over.replace(slope=2.0001), [], CORNER, NOTHING) == []
 
 
 def test_orbits_beside_a_neutral_cycle_are_not_called_chaotic():

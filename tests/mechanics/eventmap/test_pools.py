@@ -451,8 +451,8 @@ def test_steps_that_are_written_out_give_the_numbers_of_their_python(law):
     rng = np.random.default_rng(2)
     series = law_series((law, law))
     compiled, steps = lane_kernels(series), Steps(series)
-    p, q = series.rows([law, law])
-    numbers = pair_numbers(ss.examples.law9().plant)[2]
+    p, q = np.repeat(series.rows([law, law]), layout.PLACES, axis=1)
+    numbers = np.repeat(pair_numbers(ss.examples.law9().plant)[2], layout.PLACES)
     for n, name in ((1, "one"), (2, "both")):
         x, taken = rng.uniform(0.05, 0.4, KEPT), np.zeros(compiled.SIZE)
         for sign in (layout.SIGN_1, layout.SIGN_2):
@@ -474,9 +474,9 @@ def test_a_step_is_vector_code():
     series = law_series(tuple(laws))
     steps = lane_kernels(series)
     step = kernel_uncached(steps.step_one.py_func)
-    p, q = series.rows(laws)
-    numbers = pair_numbers(ss.examples.law9().plant)
-    step(np.zeros(KEPT), np.zeros(steps.SIZE), p, q, numbers[0])
+    p, q = np.repeat(series.rows(laws), layout.PLACES, axis=1)
+    numbers = np.repeat(pair_numbers(ss.examples.law9().plant)[0], layout.PLACES)
+    step(np.zeros(KEPT), np.zeros(steps.SIZE), p, q, numbers)
     (assembly,) = step.inspect_asm().values()
     packed, scalar = (
         len(re.findall(rf"\bv?(?:fn?m(?:add|sub)\w*|mul|add|sub){kind}\b", assembly))
@@ -512,3 +512,32 @@ def test_an_optional_parameter_that_is_zero_leaves_the_text_and_not_the_answer()
 )
 def test_only_series_of_polynomials_and_simple_fractions_tell_how_far_they_hold(law, tells):
     assert law_series((law, law)).tells is tells
+
+
+def test_orbits_of_several_models_are_those_of_each_alone():
+    """Law (9) damped or not, of equal and unequal blocks, a gap, constant friction: bit for bit."""
+    rng = np.random.default_rng(8)
+    models = [
+        *(random_model(rng, "law9") for _ in range(9)),
+        *random_models("law9", 4, rng),
+        *(ss.examples.law9().replace(V=V) for V in (0.05, 0.2, 0.25, 0.3)),
+        ss.examples.coulomb(),
+        ss.examples.law9().replace(damping=0.01),
+    ]
+    maps = [ss.event_map(model, threads=1, max_events=300) for model in models]
+    starts = [rng.uniform(-1, 1, 3 * (k % 4)) * f.domain[1] for k, f in enumerate(maps)]
+    starts[2:4] = [[*d, f.domain[1]] for d, f in zip(starts[2:4], maps[2:4], strict=True)]  # ties
+    together = type(maps[0]).iterate_each(maps, starts, 12)
+    for f, d, orbits in zip(maps, starts, together, strict=True):
+        np.testing.assert_array_equal(orbits, f.iterate(d, 12))
+    assert 5 < sum(np.isnan(orbits[:, -1]).sum() for orbits in together) < 20
+    kin = [f._backend.kin for f in maps if isinstance(f._backend, PoolBackend)]
+    assert len(set(kin)) < len(kin) - 9
+
+
+def test_orbits_of_several_models_start_in_the_domain_of_each():
+    maps = [ss.event_map(ss.examples.law9().replace(alpha=alpha)) for alpha in (0.5, 2.0)]
+    start = 0.9 * maps[0].domain[1]
+    assert start > maps[1].domain[1]
+    with pytest.raises(ValueError, match=r"d\[0\] = 1\.\d+ is outside"):
+        maps[0].iterate_each(maps, [[start], [start]], 3)

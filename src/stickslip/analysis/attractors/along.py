@@ -20,13 +20,14 @@ from stickslip.analysis.attractors.recurrence import (
     same_cycle,
 )
 from stickslip.analysis.exponents.blocking import LONGEST_CYCLE
-from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import SAME, domain_width, sample, values_and_slopes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.analysis.attractors.attractor import AttractorKind
     from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D
+    from stickslip.analysis.maps.side_by_side import Asking
 
 SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little
 BLOCKS: Final = (24, 48, 96, 160)  # steps after which orbits of critical points are looked at
@@ -77,12 +78,13 @@ class Settler:
 
     def at(
         self, f: Map1D, cycles: Sequence[Floats], critical: Floats, spread: Floats
-    ) -> list[Motion]:
+    ) -> Asking[list[Motion]]:
         """Find the attractors of the next map besides known stable cycles."""
         look = _Look(f, self.iterates, list(cycles))
-        look.go_on(self.motions)
+        yield from look.go_on(self.motions)
         owner, seeds = _images(f, critical)
-        fates = look.follow(np.concatenate([seeds, spread]))[: len(seeds)]
+        fates = yield from look.follow(np.concatenate([seeds, spread]))
+        fates = fates[: len(seeds)]
         self.motions = [
             motion
             for number, motion in enumerate(look.found)
@@ -132,29 +134,31 @@ class _Look:
         """Cycles that were given, and those found."""
         return [*self.cycles, *(m.points for m in self.found if m.kind == "periodic")]
 
-    def go_on(self, motions: Sequence[Motion]) -> None:
+    def go_on(self, motions: Sequence[Motion]) -> Asking[None]:
         """Find the cycles of the last map in this one; identify what became of the others."""
         rest = [m for m in motions if m.kind != "periodic" or not self._add_cycle(m.points)]
         for motion in rest:
-            tail = advance(self.f, motion.points[-1:], SHORT_BLOCK)
+            tail = yield self.f, motion.points[-1:], SHORT_BLOCK
             if np.isfinite(tail[0, -1]):
-                self._identify(tail, self.iterates, was_chaotic=motion.kind == "chaotic")
+                was_chaotic = motion.kind == "chaotic"
+                yield from self._identify(tail, self.iterates, was_chaotic=was_chaotic)
 
-    def follow(self, start: Floats) -> Indices:
+    def follow(self, start: Floats) -> Asking[Indices]:
         """Follow orbits until each has left, or is with an attractor; return which."""
         fates = np.full(len(start), MOVING)
         moving, tails = np.arange(len(start)), start[:, None]
         for steps in BLOCKS:
             if not moving.size:
                 break
-            tails = np.hstack([tails, advance(self.f, tails[:, -1], steps)[:, 1:]])
+            more = yield self.f, tails[:, -1], steps
+            tails = np.hstack([tails, more[:, 1:]])
             moving, tails = self._drop(moving, tails, fates)
         while moving.size:
             moving, tails = self._drop(moving, tails, fates)
             if moving.size:
                 if len(self.found) == MOST_MOTIONS:
                     break
-                fate = self._identify(tails[:1], self.iterates)
+                fate = yield from self._identify(tails[:1], self.iterates)
                 same = self._beside_cycles(tails) if fate == CYCLE else np.zeros(len(tails), bool)
                 same[0] = True
                 fates[moving[same]] = fate
@@ -205,11 +209,12 @@ class _Look:
             beside = cycle[(nearest[:, None] - back) % p]
             return np.asarray((np.abs(tails[:, n - 1 - back] - beside) <= NEAR * self.width).all(1))
 
-    def _identify(self, tail: Floats, steps: int, *, was_chaotic: bool = False) -> int:
+    def _identify(self, tail: Floats, steps: int, *, was_chaotic: bool = False) -> Asking[int]:
         """Find out where an orbit (1, n) settles, its fate; add the attractor if it is new."""
         number = len(self.found)
         for more in (steps, *LONG):
-            tail = np.hstack([tail, advance(self.f, tail[:, -1], more)[:, 1:]])
+            further = yield self.f, tail[:, -1], more
+            tail = np.hstack([tail, further[:, 1:]])
             fate = int(self._fates(tail)[0])
             if fate != MOVING:
                 return fate

@@ -26,6 +26,7 @@ from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCu
 from stickslip.analysis.diagrams.orbit_curves import SampledOrbit, fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of, not_for
 from stickslip.analysis.maps.protocol import Bools, FamilyND, Floats, Indices, MapFamily, Modelled
+from stickslip.analysis.maps.side_by_side import side_by_side
 from stickslip.analysis.orbits.orbit import ON_CIRCLE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
@@ -39,11 +40,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from stickslip.analysis.maps.side_by_side import Asking
+
+    Filled = list[tuple[Floats, Any]]  # points and multipliers of each orbit at every value
+
 
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
+BESIDE: Final = 8  # stretches of a diagram whose orbits are followed side by side
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 
 
@@ -189,9 +195,11 @@ def diagram_of(
     else:
         critical = _critical_points(values, breaks, anchors) if attractors else None
         near_lists = np.searchsorted(values, [node.q for node in anchors])
-        chunks = _chunks(maps, values, critical, near_lists)
+        chunks = list(_chunks(maps, values, critical, near_lists))
+        parties = [chunks[k : k + BESIDE] for k in range(0, len(chunks), BESIDE)]
         task = partial_of(_on_line, sampled, iterates)
-        found = list(in_processes(task, chunks, work.part(0.5, 1.0).tell))
+        several = in_processes(task, parties, work.part(0.5, 1.0).tell)
+        found = [each for some in several for each in some]
         rows = [row for _, some in found for row in some]
         pieces = zip(*(filled for filled, _ in found), strict=True)
         parts = [tuple(map(np.concatenate, zip(*each, strict=True))) for each in pieces]
@@ -243,18 +251,24 @@ def _chunks(
 
 
 def _on_line(
-    sampled: Sequence[SampledOrbit], iterates: int, chunk: _Chunk
-) -> tuple[list[tuple[Floats, Any]], list[list[Motion]]]:
-    """Solve for every orbit at every value of a chunk; gather the stable ones, and attractors."""
-    filled = fill(chunk.maps, chunk.values, sampled)
+    sampled: Sequence[SampledOrbit], iterates: int, chunks: Sequence[_Chunk]
+) -> list[tuple[Filled, list[list[Motion]]]]:
+    """Solve for every orbit at every value of some chunks; find the attractors there."""
+    filled = [fill(chunk.maps, chunk.values, sampled) for chunk in chunks]
+    tasks = [_attractors_on_line(*each, iterates) for each in zip(chunks, filled, strict=True)]
+    return list(zip(filled, side_by_side(tasks), strict=True))
+
+
+def _attractors_on_line(chunk: _Chunk, filled: Filled, iterates: int) -> Asking[list[list[Motion]]]:
+    """Gather the stable ones of the orbits at every value, and look for attractors besides."""
     settler, rows = Settler(max(iterates, TOLD)), []
     for k, f in enumerate(chunk.maps):
         rows.append(_stable_cycles(filled, k))
         if chunk.critical is not None:
             cycles = [motion.points for motion in rows[-1]]
             spread = spread_points(f, SPREAD, None) if chunk.near_lists[k] else np.empty(0)
-            rows[-1] += settler.at(f, cycles, chunk.critical[k], spread)
-    return filled, rows
+            rows[-1] += yield from settler.at(f, cycles, chunk.critical[k], spread)
+    return rows
 
 
 def _missing(values: Floats, orbits: Sequence[OrbitCurve]) -> tuple[str, ...]:
@@ -309,7 +323,7 @@ def _attractors_in_space(
     return rows
 
 
-def _stable_cycles(filled: list[tuple[Floats, Any]], k: int) -> list[Motion]:
+def _stable_cycles(filled: Filled, k: int) -> list[Motion]:
     """Return the stable orbits of one value."""
     found = []
     for points, multipliers in filled:

@@ -25,7 +25,7 @@ from stickslip.results.files import register_part
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -250,7 +250,24 @@ class WindowMap(EvaluatedMap):
         inner = getattr(self.f, "iterate", None)
         if inner is None or n < 0:
             return iterate(self, points, n)
-        orbit: Floats = inner(points, n)
+        return self._ended(inner(points, n))
+
+    @property
+    def iterate_each(self) -> Any:
+        """Orbits of several windowed maps; an AttributeError if the whole maps do not offer it."""
+        inner = self.f.iterate_each  # type: ignore[attr-defined]
+
+        def iterate_each(
+            maps: Sequence[WindowMap], starts: Sequence[ArrayLike], n: int
+        ) -> list[Floats]:
+            points = [checked_points(g.domain, x) for g, x in zip(maps, starts, strict=True)]
+            orbits = inner([g.f for g in maps], points, n)
+            return [g._ended(orbit) for g, orbit in zip(maps, orbits, strict=True)]
+
+        return iterate_each
+
+    def _ended(self, orbit: Floats) -> Floats:
+        """Let an orbit end where it leaves the window."""
         _, inside = clip_to_domain(self.domain, orbit[..., :-1])
         orbit[..., 1:][~np.logical_and.accumulate(inside, axis=-1)] = np.nan
         return orbit

@@ -20,6 +20,7 @@ from stickslip.mechanics.eventmap.records import (
     Clock,
     Controls,
     Mark,
+    Models,
     Outputs,
     Pools,
     Tags,
@@ -77,7 +78,7 @@ TIE = 64.0
 
 @kernel(short_loops=True)
 def advance_orbits(
-    laws: Floats,
+    models: Models,
     orbits: Floats,
     filled: NDArray[np.int64],
     start: int,
@@ -91,12 +92,9 @@ def advance_orbits(
     """Fill rows ``start..stop`` of `orbits`, each from its place ``filled`` on."""
     # A row with the status `HANDED_OVER` waits for the scalar engine to carry its last place, or
     # with `LASTING` to go on from a state.
-    pair = pools.numbers[BOTH_SLIP]
-    for block in range(2):
-        steady = force(laws[block], BACKWARD, abs(pair[at.BELT]))
-        pair[at.STEADY + block] = pair[at.LIMIT + block] * steady
     allowed = last_term(controls.rtol)
     pools.counts[:] = 0
+    pools.models[:] = -1
     point, n_ready = start, 0
     while True:
         active = pools.counts[0] + pools.counts[1] + pools.counts[2]
@@ -107,14 +105,14 @@ def advance_orbits(
             else:
                 row = point
                 point += 1
-            active += begin(pools, orbits, filled, outputs, row, allowed)
+            active += begin(models, pools, orbits, filled, outputs, row, allowed)
         pool = fullest(pools)
         if pools.counts[pool] == 0:
             break
         step(pools, pool)
         for k in range(find_flagged(pools, pool, watch) - 1, -1, -1):
             lane = pools.flagged[k]
-            row = meet(laws, pools, controls, watch, orbits, filled, outputs, asked, pool, lane)
+            row = meet(models, pools, controls, watch, orbits, filled, outputs, asked, pool, lane)
             if row >= 0:
                 pools.rows[n_ready] = row
                 n_ready += 1
@@ -134,15 +132,16 @@ def fullest(pools: Pools) -> int:
 def step(pools: Pools, pool: int) -> None:
     """Take one step in every lane of a pool."""
     x, taken, numbers = pools.x[pool], pools.taken, pools.numbers[pool]
+    first, second = pools.laws[pool, 0], pools.laws[pool, 1]
     tangents = pools.motion.tangent_w.shape[1] > 0
     if pool == BOTH_SLIP:
-        step_both(x, taken, pools.laws[0], pools.laws[1], numbers)
+        step_both(x, taken, first, second, numbers)
         if tangents:
-            tangent_both(x, taken, pools.laws[0], pools.laws[1], numbers)
+            tangent_both(x, taken, first, second, numbers)
         return
-    step_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers)
+    step_one(x, taken, first, second, numbers)
     if tangents:
-        tangent_one(x, taken, pools.laws[pool], pools.laws[1 - pool], numbers)
+        tangent_one(x, taken, first, second, numbers)
 
 
 @kernel(inline=True)
@@ -159,6 +158,7 @@ def find_flagged(pools: Pools, pool: int, watch: bool) -> int:
 
 @kernel(inline=True)
 def begin(
+    models: Models,
     pools: Pools,
     orbits: Floats,
     filled: NDArray[np.int64],
@@ -173,13 +173,14 @@ def begin(
         orbits[row, filled[row]] = math.nan
     if filled[row] == last:
         return 0
-    motion = pools.motion
-    if not onset(pools.numbers[BOTH_SLIP], motion, orbits[row, filled[row]]):
+    motion, pair = pools.motion, models.numbers[models.of[row], BOTH_SLIP]
+    if not onset(pair, motion, orbits[row, filled[row]]):
         outputs.status[row] = at.HANDED_OVER
         return 0
     code = mode_code(motion)
     tags = Tags(row, 0, code, 1 if motion.mode[0] != 0 else 2, hashed(np.uint64(1), code))
-    enter(pools, tags, Clock(0.0, 0.0, math.inf, allowed), Mark(0.0, 0.0, -1.0, math.inf))
+    clock, mark = Clock(0.0, 0.0, math.inf, allowed), Mark(0.0, 0.0, -1.0, math.inf)
+    enter(models, pools, tags, clock, mark)
     return 1
 
 
@@ -217,7 +218,7 @@ def onset(pair: Floats, motion: Motion, d: float) -> bool:
 
 
 @kernel(inline=True)
-def enter(pools: Pools, tags: Tags, clock: Clock, mark: Mark) -> None:
+def enter(models: Models, pools: Pools, tags: Tags, clock: Clock, mark: Mark) -> None:
     """Put ``pools.motion`` into the pool of its modes."""
     motion = pools.motion
     pool = BOTH_SLIP
@@ -255,10 +256,32 @@ def enter(pools: Pools, tags: Tags, clock: Clock, mark: Mark) -> None:
     pools.tags[pool, lane, 2] = tags.code
     pools.tags[pool, lane, 3] = tags.before
     pools.labels[pool, lane] = tags.label
+    model = models.of[tags.row]
+    if pools.models[pool, lane] != model:
+        bring_numbers(models, pools, pool, lane, model)
+
+
+@kernel
+def bring_numbers(models: Models, pools: Pools, pool: int, lane: int, model: int) -> None:
+    """Put the numbers of a motion's model beside it."""
+    pools.models[pool, lane] = model
+    for k in range(at.NUMBERS):
+        pools.numbers[pool, k * at.PLACES + lane] = models.numbers[model, pool, k]
+    first = 1 if pool == 1 else 0
+    for k in range(2):
+        row = models.rows[model, first if k == 0 else 1 - first]
+        for j in range(row.size):
+            pools.laws[pool, k, j * at.PLACES + lane] = row[j]
+    if pool == BOTH_SLIP:
+        pair = models.numbers[model, pool]
+        for block in range(2):
+            steady = force(models.laws[model, block], BACKWARD, abs(pair[at.BELT]))
+            place = (at.STEADY + block) * at.PLACES + lane
+            pools.numbers[pool, place] = pair[at.LIMIT + block] * steady
 
 
 @kernel(inline=True)
-def leave(pools: Pools, pool: int, lane: int) -> None:
+def leave(models: Models, pools: Pools, pool: int, lane: int) -> None:
     """Take a motion out of its pool; the last one moves to its place."""
     x = pools.x[pool]
     last = pools.counts[pool] - 1
@@ -268,11 +291,14 @@ def leave(pools: Pools, pool: int, lane: int) -> None:
     for k in range(4):
         pools.tags[pool, lane, k] = pools.tags[pool, last, k]
     pools.labels[pool, lane] = pools.labels[pool, last]
+    model = models.of[pools.tags[pool, lane, 0]]
+    if pools.models[pool, lane] != model:
+        bring_numbers(models, pools, pool, lane, model)
 
 
 @kernel(inline=True)
 def meet(
-    laws: Floats,
+    models: Models,
     pools: Pools,
     controls: Controls,
     watch: bool,
@@ -285,25 +311,31 @@ def meet(
 ) -> int:
     """Deal with the signals of a step as `carry` does; return a row whose motion ended, or -1."""
     x, taken, motion = pools.x[pool], pools.taken, pools.motion
-    h = first_event(pools, pool, lane)
+    row, n_events, code, before = pools.tags[pool, lane]
+    model = models.of[row]
+    laws, numbers, pair = (
+        models.laws[model],
+        models.numbers[model, pool],
+        models.numbers[model, BOTH_SLIP],
+    )
+    h = first_event(pools, numbers, pool, lane)
     here = (1 if motion.event[0] != 0 else 0) + (2 if motion.event[1] != 0 else 0)
     if h >= 0.0 and here != 0:
-        state_at(pools, pool, lane, h)
-        if not TELLS and not follows_laws(laws, pools, pool, lane, h):
+        state_at(pools, numbers, pool, lane, h)
+        if not TELLS and not follows_laws(laws, pair, pools, pool, lane, h):
             undo(pools, pool, lane)
             return -1
     if h >= 0.0 and watch:
-        x[at.MARGIN + lane] = min(x[at.MARGIN + lane], watch_step(pools, pool, lane, h))
+        x[at.MARGIN + lane] = min(x[at.MARGIN + lane], watch_step(pools, numbers, pool, lane, h))
     if h >= 0.0 and here == 0:
         return -1
-    row, n_events, code, before = pools.tags[pool, lane]
     phase = taken[at.TIME_BEFORE + lane] + h
     duration = x[at.DURATION + lane] + phase
     room = -1.0
     if h >= 0.0 and here != 3 and phase > 0.0 and duration <= controls.max_time:
-        room = settle(pools.numbers[BOTH_SLIP], laws, motion, here - 1)
+        room = settle(pair, laws, motion, here - 1)
     if room < 0.0:
-        leave(pools, pool, lane)
+        leave(models, pools, pool, lane)
         outputs.status[row] = at.HANDED_OVER
         return -1
     margin = min(x[at.MARGIN + lane], room)
@@ -317,31 +349,31 @@ def meet(
         x[at.MARKED_MODES + lane],
         x[at.TURN + lane],
     )
-    leave(pools, pool, lane)
+    leave(models, pools, pool, lane)
     new_code = mode_code(motion)
     if new_code != code:
         n_events += 1
         label = hashed(label, new_code)
     if new_code == GLOBAL_STICK:
-        finish(pools.numbers[BOTH_SLIP], motion, outputs, row, n_events, label, clock)
+        finish(pair, motion, outputs, row, n_events, label, clock)
         filled[row] += 1
         orbits[row, filled[row]] = outputs.value[row]
         return row
     recurs = False
     if n_events >= MANY:
-        mark, recurs = turned(pools.numbers[BOTH_SLIP], motion, 2 - here, new_code, n_events, mark)
+        mark, recurs = turned(pair, motion, 2 - here, new_code, n_events, mark)
     is_asked = asked.step[row] == filled[row]
     lasts = recurs and is_asked and n_events >= LONG
     if lasts or n_events >= min(LASTS, controls.max_events):
         outputs.status[row] = at.HANDED_OVER
     elif recurs and not is_asked:
         asked.step[row] = filled[row]
-        write_state(pools.numbers[BOTH_SLIP], motion, asked.state[row])
+        write_state(pair, motion, asked.state[row])
         note(outputs, row, at.LASTING, n_events, label, clock)
     elif n_events == MANY and clock.last_term == last_term(controls.rtol):
-        begin(pools, orbits, filled, outputs, row, last_term(FINER * controls.rtol))
+        begin(models, pools, orbits, filled, outputs, row, last_term(FINER * controls.rtol))
     else:
-        enter(pools, Tags(row, n_events, new_code, here, label), clock, mark)
+        enter(models, pools, Tags(row, n_events, new_code, here, label), clock, mark)
     return -1
 
 
@@ -362,7 +394,7 @@ def turned(
 
 
 @kernel
-def follows_laws(laws: Floats, pools: Pools, pool: int, lane: int, h: float) -> bool:
+def follows_laws(laws: Floats, pair: Floats, pools: Pools, pool: int, lane: int, h: float) -> bool:
     """Whether ``pools.motion``, at an event of a lane's last step, has the rates of its series."""
     motion, last_term = pools.motion, pools.x[pool, at.LAST_TERM + lane]
     first = 1 if pool == 1 else 0
@@ -372,8 +404,8 @@ def follows_laws(laws: Floats, pools: Pools, pool: int, lane: int, h: float) -> 
         told = 0.0
         for j in range(at.ORDER, 0, -1):
             told = told * h + j * pools.taken[row + j * LANES]
-        rate = motion.mode[block] * rate_of(pools.numbers[BOTH_SLIP], laws, motion, block)
-        size = pools.numbers[BOTH_SLIP, at.LIMIT + block] + abs(motion.e[block])
+        rate = motion.mode[block] * rate_of(pair, laws, motion, block)
+        size = pair[at.LIMIT + block] + abs(motion.e[block])
         if not is_followed(rate, told, OFF * 2.0**last_term / h + UNHEEDED * size):
             return False
     return True
@@ -510,7 +542,7 @@ def difference(pair: Floats, e_1: float, e_2: float) -> float:
 
 
 @kernel(inline=True)
-def first_event(pools: Pools, pool: int, lane: int) -> float:
+def first_event(pools: Pools, numbers: Floats, pool: int, lane: int) -> float:
     """Time of the first contact on a lane's last step, else its length; negative if that failed."""
     x, taken, motion = pools.x[pool], pools.taken, pools.motion
     flag = int(taken[at.FLAG + lane])
@@ -526,7 +558,7 @@ def first_event(pools: Pools, pool: int, lane: int) -> float:
         event = LANDING
         if k > 0 and pool != BOTH_SLIP:
             event = AT_UPPER_LIMIT if k == 1 else AT_LOWER_LIMIT
-        write_signal(pools, pool, lane, k)
+        write_signal(pools, numbers, pool, lane, k)
         start = pools.signal[0]
         size = taken[(at.SIZE_1 if k == 0 else at.SIZE_2) + lane]
         rounding = signal_rounding(start, size, SLACK * EPSILON)
@@ -536,20 +568,20 @@ def first_event(pools: Pools, pool: int, lane: int) -> float:
 
 
 @kernel
-def watch_step(pools: Pools, pool: int, lane: int, h: float) -> float:
+def watch_step(pools: Pools, numbers: Floats, pool: int, lane: int, h: float) -> float:
     """Smallest clearance on a lane's last step: lobes that turned back, extremes of a rider."""
     margin = math.inf
     for k in range(2 if pool == BOTH_SLIP else 3):
-        write_signal(pools, pool, lane, k)
-        scale = 1.0 if k == 0 or pool == BOTH_SLIP else pools.numbers[pool, at.MASS + 1]
+        write_signal(pools, numbers, pool, lane, k)
+        scale = 1.0 if k == 0 or pool == BOTH_SLIP else numbers[at.MASS + 1]
         margin = min(margin, scale * clearance(pools.signal, h))
     return margin
 
 
 @kernel(inline=True)
-def write_signal(pools: Pools, pool: int, lane: int, k: int) -> None:
+def write_signal(pools: Pools, pair: Floats, pool: int, lane: int, k: int) -> None:
     """Series of the first speed (k = 0); of the second; or a rider's room to either limit."""
-    x, taken, signal, pair = pools.x[pool], pools.taken, pools.signal, pools.numbers[pool]
+    x, taken, signal = pools.x[pool], pools.taken, pools.signal
     if k == 0 or pool == BOTH_SLIP:
         row = at.SERIES_1 if k == 0 else at.SERIES_2
         for j in range(at.ORDER + 1):
@@ -568,34 +600,34 @@ def write_signal(pools: Pools, pool: int, lane: int, k: int) -> None:
 
 
 @kernel(inline=True)
-def state_at(pools: Pools, pool: int, lane: int, t: float) -> None:
+def state_at(pools: Pools, pair: Floats, pool: int, lane: int, t: float) -> None:
     """Set ``pools.motion`` to the state at a time inside a lane's last step."""
-    taken, motion, pair = pools.taken, pools.motion, pools.numbers[pool]
+    taken, motion = pools.taken, pools.motion
     first = 1 if pool == 1 else 0
     second = 1 - first
-    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.SERIES_1, at.SERIES_2, 0)
+    w_1, w_2, gained_1, gained_2 = moved(pools, pair, pool, lane, t, at.SERIES_1, at.SERIES_2)
     motion.w[first], motion.w[second] = w_1, w_2
     motion.e[first] = taken[at.FORCE_1_BEFORE + lane] + (pair[at.DRIFT] * t + gained_1)
     motion.e[second] = taken[at.FORCE_2_BEFORE + lane] + (pair[at.DRIFT + 1] * t + gained_2)
     if motion.tangent_w.shape[1] == 0:
         return
-    w_1, w_2, gained_1, gained_2 = moved(pools, pool, lane, t, at.D_SERIES_1, at.D_SERIES_2, 0)
+    w_1, w_2, gained_1, gained_2 = moved(pools, pair, pool, lane, t, at.D_SERIES_1, at.D_SERIES_2)
     motion.tangent_w[first, 0], motion.tangent_w[second, 0] = w_1, w_2
     if CHANGING:
-        drift = pair[at.CHANGE + at.DRIFT : at.CHANGE + at.DRIFT + 2]
-        _, _, more_1, more_2 = moved(pools, pool, lane, t, at.SERIES_1, at.SERIES_2, at.CHANGE)
-        gained_1 += drift[0] * t + more_1
-        gained_2 += drift[1] * t + more_2
+        changes = pair[at.CHANGE :]
+        _, _, more_1, more_2 = moved(pools, changes, pool, lane, t, at.SERIES_1, at.SERIES_2)
+        gained_1 += changes[at.DRIFT] * t + more_1
+        gained_2 += changes[at.DRIFT + 1] * t + more_2
     motion.tangent_e[first, 0] = taken[at.D_FORCE_1_BEFORE + lane] + gained_1
     motion.tangent_e[second, 0] = taken[at.D_FORCE_2_BEFORE + lane] + gained_2
 
 
 @kernel(inline=True)
 def moved(
-    pools: Pools, pool: int, lane: int, t: float, row_1: int, row_2: int, numbers: int
+    pools: Pools, pair: Floats, pool: int, lane: int, t: float, row_1: int, row_2: int
 ) -> tuple[float, float, float, float]:
     """Relative velocities at a time inside a step, and how they have changed the forces."""
-    x, taken, pair = pools.x[pool], pools.taken, pools.numbers[pool, numbers:]
+    x, taken = pools.x[pool], pools.taken
     sign = x[at.SIGN_1 + lane]
     w_1, path_1 = sum_and_integral(pools.reciprocals, taken, row_1 + lane, t)
     faster_1 = sign * (w_1 - taken[row_1 + lane])

@@ -44,6 +44,8 @@ from stickslip.numerics.targets import available_threads
 from stickslip.status import OK
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stickslip.analysis.maps.protocol import Mechanism
     from stickslip.mechanics.flow.trajectory import Trajectory
     from stickslip.mechanics.model.arguments import Model
@@ -308,6 +310,48 @@ class ModelMap:
         orbits[:, 0] = rows
         self._backend.iterate(orbits)
         return orbits.reshape(*points.shape[: points.ndim - len(cell)], n + 1, *cell)
+
+    @staticmethod
+    def iterate_each(maps: Sequence[ModelMap], starts: Sequence[ArrayLike], n: int) -> list[Floats]:
+        """Iterate points of several maps, side by side where models differ in numbers only.
+
+        Parameters
+        ----------
+        maps : sequence of event maps
+            As many as there are ``starts``.
+        starts : sequence of array_like of float
+            For each map points as ``iterate`` takes them.
+        n : int
+            Number of applications, >= 0.
+
+        Returns
+        -------
+        list of ndarray of float
+            For each map what its ``iterate`` returns, to the last bit.
+
+        Raises
+        ------
+        ValueError
+            As ``iterate``.
+        """
+        families: dict[Any, list[int]] = {}
+        for k, f in enumerate(maps):
+            families.setdefault(getattr(f._backend, "kin", k), []).append(k)
+        found: dict[int, Floats] = {}
+        for members in families.values():
+            if len(members) == 1:
+                found |= {k: maps[k].iterate(starts[k], n) for k in members}
+                continue
+            points = [maps[k]._admit(starts[k]) for k in members]
+            sizes = [each.size for each in points]
+            orbits = np.empty((sum(sizes), n + 1))
+            orbits[:, 0] = np.concatenate([each.ravel() for each in points])
+            pools: list[Any] = [maps[k]._backend for k in members]
+            pools[0].iterate_beside(pools, orbits, np.repeat(np.arange(len(pools)), sizes))
+            parts = np.split(orbits, np.cumsum(sizes)[:-1])
+            for k, each, part in zip(members, points, parts, strict=True):
+                found[k] = part.reshape(*each.shape, n + 1)
+        return [found[k] for k in range(len(maps))]
 
 
 def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:

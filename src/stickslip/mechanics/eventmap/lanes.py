@@ -16,6 +16,7 @@ from stickslip.mechanics.eventmap.records import (
     STATE,
     Asked,
     Controls,
+    Models,
     Outputs,
     Pools,
     new_outputs,
@@ -44,6 +45,8 @@ from stickslip.numerics.vector import LANES
 from stickslip.status import NEVER_CYCLE
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable, Sequence
+
     from numpy.typing import NDArray
 
     from stickslip.numerics.arrays import Floats, Ints
@@ -281,18 +284,20 @@ class EqualLaneBackend(LaneBackend):
         return instantiate(template, engine.key, **bindings)
 
 
-def new_pools(n_columns: int, laws: Floats, size: int) -> Pools:
+def new_pools(n_columns: int, n_parameters: int, size: int) -> Pools:
     """Arrays of empty pools."""
+    laws = aligned(6 * n_parameters * PLACES)
     return Pools(
-        laws=laws,
         x=aligned(3 * KEPT).reshape(3, KEPT),
+        numbers=aligned(3 * NUMBERS * PLACES).reshape(3, -1),
+        laws=laws.reshape(3, 2, -1),
+        models=np.full((3, PLACES), -1),
         taken=aligned(size),
         tags=np.zeros((3, PLACES, 4), dtype=np.int64),
         labels=np.zeros((3, PLACES), dtype=np.uint64),
         counts=np.zeros(3, dtype=np.int64),
         flagged=np.zeros(LANES + 1, dtype=np.int64),
         rows=np.zeros(LANES, dtype=np.int64),
-        numbers=np.zeros((3, NUMBERS)),
         motion=new_motion(n_columns, 0),
         signal=np.zeros(ORDER + 1),
         reciprocals=1.0 / np.maximum(np.arange(ORDER + 2), 1),
@@ -319,8 +324,8 @@ class PoolBackend(BatchBackend):
 
     def __init__(self, scalar: ScalarBackend, numbers: Floats, series: LawSeries) -> None:
         super().__init__(scalar)
-        self.series = series
-        self._numbers: dict[str | None, Floats] = {None: numbers, START: numbers}
+        self.series, self.numbers = series, numbers
+        self._rows: dict[str | None, tuple[Floats, Floats, Floats]] = {}
         self.damped = bool(numbers[0, DAMP:DRIFT].any())
 
     def value(self, d: float) -> float:
@@ -342,22 +347,45 @@ class PoolBackend(BatchBackend):
         """Fill rows (n, steps + 1) from their first entries on."""
         self._advanced(orbits)
 
+    @property
+    def kin(self) -> Hashable:
+        """What models have in common that may share pools."""
+        code = self.scalar.engine.code
+        return code.key, self.series.key, self.damped, self.scalar.controls
+
+    def iterate_beside(self, others: Sequence[PoolBackend], orbits: Floats, of: Ints) -> None:
+        """Fill rows that belong to models of one kin, each to ``others[of]``."""
+        self._advanced(orbits, others=others, of=of)
+
     def _carried(self, d: Floats, along: str | None, watch: bool = False) -> Outputs:
         orbits = np.empty((d.size, 2))
         orbits[:, 0], orbits[:, 1] = d, math.nan
         outputs = self._advanced(orbits, along, watch)
         return outputs._replace(value=orbits[:, 1])
 
-    def _advanced(self, orbits: Floats, along: str | None = None, watch: bool = False) -> Outputs:
+    def _advanced(
+        self,
+        orbits: Floats,
+        along: str | None = None,
+        watch: bool = False,
+        others: Sequence[PoolBackend] = (),
+        of: Ints | None = None,
+    ) -> Outputs:
         """Fill the rows of `orbits`; return what is known of their last motions."""
         scalar, outputs = self.scalar, new_outputs((len(orbits),), int(along is not None))
         filled = np.zeros(len(orbits), dtype=np.int64)
         asked = Asked(np.full(len(orbits), -1), np.empty((len(orbits), STATE)))
         driver = self._changing_driver if along else self._driver
+        owners = others or (self,)
+        if of is None:
+            of = np.zeros(len(orbits), dtype=np.int64)
+        rows = zip(*(each.rows(along) for each in owners), strict=True)
+        laws, parameters, numbers = map(np.array, rows)
+        models = Models(laws, parameters, numbers, of)
 
         def task(start: int, stop: int) -> None:
             driver.advance_orbits(
-                scalar.engine.laws,
+                models,
                 orbits,
                 filled,
                 start,
@@ -375,12 +403,16 @@ class PoolBackend(BatchBackend):
             lasting, handed = ((outputs.status == s).nonzero()[0] for s in (LASTING, HANDED_OVER))
             if lasting.size == handed.size == 0:
                 return outputs
-            if handed.size:
-                carried = scalar.carry_along(orbits[handed, filled[handed]], along, watch)
+            for number in set(of[handed].tolist()):
+                own = handed[of[handed] == number]
+                starts = orbits[own, filled[own]]
+                carried = owners[number].scalar.carry_along(starts, along, watch)
                 for kept, found in zip(outputs, carried, strict=True):
-                    kept[handed] = found
-            if lasting.size:
-                handed = np.append(handed, self._never_return(lasting, asked, outputs, watch))
+                    kept[own] = found
+            for number in set(of[lasting].tolist()):
+                own = lasting[of[lasting] == number]
+                never = owners[number]._never_return(own, asked, outputs, watch)
+                handed = np.append(handed, never)
             filled[handed] += 1
             orbits[handed, filled[handed]] = outputs.value[handed]
 
@@ -403,7 +435,7 @@ class PoolBackend(BatchBackend):
         if not all(map(is_constant, laws)):
             return None
         mu = self.scalar.engine.laws[:, STATIC_COLUMN].tolist()
-        found = coulomb_pair(plant, self._numbers[None][0], mu)
+        found = coulomb_pair(plant, self.numbers[0], mu)
         return found and Lanes(*found, self.scalar.controls.max_events)
 
     @cached_property
@@ -411,7 +443,7 @@ class PoolBackend(BatchBackend):
         """The same with all parameters of the law, those that are zero too."""
         series = law_series(self.scalar.model.laws, whole=True)
         assert series is not None
-        return PoolBackend(self.scalar, self._numbers[None], series)
+        return PoolBackend(self.scalar, self.numbers, series)
 
     @cached_property
     def _steps(self) -> ModuleType:
@@ -441,23 +473,29 @@ class PoolBackend(BatchBackend):
             **{name: getattr(tangents, name) for name in ("tangent_one", "tangent_both")},
         )
 
-    def pools(self, along: str | None) -> Pools:
-        """Pools for this thread, with the numbers of this model; `along`: what tangents go with."""
-        model, local = self.scalar.model, self._local
-        held: dict[str | None, Pools] = local.__dict__.setdefault("pools", {})
-        if along not in held:
+    def rows(self, along: str | None) -> tuple[Floats, Floats, Floats]:
+        """Numbers of this model (`Models`); `along`: what tangents go with."""
+        known = self._rows
+        if along not in known:
+            model = self.scalar.model
             changes: list[dict[str, float]] = [{}, {}]
             for block, own_name in model.law_parameters.get(along or START, ()):
                 changes[block][own_name] = 1.0
-            rows = self.series.rows(model.laws, changes)
-            held[along] = new_pools(int(along is not None), rows, self._steps.SIZE)
-        known = self._numbers
-        if along not in known:
-            moved = pair_changes(model.moved_plant(along)) if along in model.numbers else 0.0
-            known[along] = known[None] + moved
-        held[along].numbers[:] = known[along]
-        return held[along]
+            numbers = self.numbers
+            if along in model.numbers:
+                numbers = numbers + pair_changes(model.moved_plant(along))
+            laws = self.series.rows(model.laws, changes)
+            known[along] = self.scalar.engine.laws, laws, numbers
+        return known[along]
+
+    def pools(self, along: str | None) -> Pools:
+        """Pools for this thread."""
+        held: dict[tuple[int, int], Pools] = self._local.__dict__.setdefault("pools", {})
+        key = int(along is not None), self.rows(along)[1].shape[1]
+        if key not in held:
+            held[key] = new_pools(*key, self._steps.SIZE)
+        return held[key]
 
     @cached_property
     def _local(self) -> threading.local:
-        return held_for(self.series.key, self.scalar.model.laws)
+        return held_for(self.series.key)

@@ -65,18 +65,28 @@ class Scratch(NamedTuple):
 class Pools(NamedTuple):
     """Three pools of motions (`flow.lanes.layout`), and arrays for the one at an event."""
 
-    laws: Floats  # parameter rows of `friction.series`
     x: Floats  # (3, KEPT): numbers of the motions
+    numbers: Floats  # (3, NUMBERS * PLACES): those of their models beside them
+    laws: Floats  # (3, 2, parameters * PLACES): and those of the laws, the first block's first
+    models: NDArray[np.int64]  # (3, PLACES): whose numbers are there, -1 for none
     taken: Floats  # (SIZE,): the step taken last, of one of the pools
     tags: NDArray[np.int64]  # (3, places, 4), as labels: `Tags`
     labels: NDArray[np.uint64]
     counts: NDArray[np.int64]  # motions in each pool
     flagged: NDArray[np.int64]  # lanes with an event
     rows: NDArray[np.int64]  # that may go on
-    numbers: Floats  # (3, NUMBERS): of the contacts, in the order of each pool
     motion: Motion
     signal: Floats
     reciprocals: Floats  # 1 / k
+
+
+class Models(NamedTuple):
+    """Models whose motions share pools, an entry each, and which of them each orbit belongs to."""
+
+    laws: Floats  # (models, 2, columns): parameter rows of the scalar engine
+    rows: Floats  # (models, 2, parameters): and of `friction.series`
+    numbers: Floats  # (models, 3, NUMBERS): of the contacts, in the order of each pool
+    of: Ints
 
 
 class Asked(NamedTuple):

@@ -16,6 +16,7 @@ from stickslip.analysis.branches.discontinuities import Brackets
 from stickslip.analysis.branches.mesh import Nodes
 from stickslip.analysis.maps.protocol import SAME, domain_width, sample
 from stickslip.numerics.continuation import lagrange_weights
+from stickslip.numerics.processes import in_processes
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -64,26 +65,50 @@ def follow_breakpoints(
 ) -> tuple[BreakpointLine, ...]:
     """Locate the breakpoints of a family at ascending values between anchors, complete tables."""
     lines: list[tuple[str, Floats]] = []
-    here = _breaks_at(*anchors[0])
-    owners = _new_lines(lines, here, len(values))
+    between: list[_Stretch] = []
+    places: list[Indices] = []
     for before, after in pairwise(anchors):
-        there = _breaks_at(*after)
         inside = np.flatnonzero((values >= before[0]) & (values <= after[0]))
-        reached, end = _march(maps, values, inside, here, there)
+        own = [maps[k] for k in inside.tolist()]
+        ends = _breaks_at(*before), _breaks_at(*after)
+        between.append(_Stretch(own, values[inside], *ends, MET * domain_width(after[1].f)))
+        places.append(inside)
+    owners = _new_lines(lines, _breaks_at(*anchors[0]), len(values))
+    ways = in_processes(_followed, between)
+    for stretch, inside, (reached, old, back) in zip(between, places, ways, strict=True):
         for line, column in zip(owners, reached.T, strict=True):
             _enter(lines[line][1], inside, column)
-        reach = MET * domain_width(after[1].f)
-        old = _matched(here, end, there, reach)
-        fresh = there.take([k for k, row in enumerate(old) if row is None])
+        fresh = stretch.there.take([k for k, row in enumerate(old) if row is None])
         new = _new_lines(lines, fresh, len(values))
-        back, _ = _march(maps, values, inside[::-1], fresh, here)
-        for k, column in enumerate(back[::-1].T):
-            new[k] = _met(column, str(fresh.kind[k]), reached, here, owners, reach, new[k])
+        for k, column in enumerate(back.T):
+            kind = str(fresh.kind[k])
+            new[k] = _met(column, kind, reached, stretch.here, owners, stretch.reach, new[k])
             _enter(lines[new[k]][1], inside, column)
         names = iter(new)
         owners = [next(names) if row is None else owners[row] for row in old]
-        here = there
     return tuple(BreakpointLine(kind, d) for kind, d in lines if np.isfinite(d).any())
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Values between two anchors, their maps, and the breakpoints at the anchors."""
+
+    maps: Sequence[Map1D]
+    values: Floats
+    here: _Breaks
+    there: _Breaks
+    reach: float  # how far a breakpoint may arrive from one there that it is
+
+
+def _followed(stretch: _Stretch) -> tuple[Floats, list[int | None], Floats]:
+    """Places of the breakpoints here, who of them arrives there, places of the others there."""
+    maps, values, here, there = stretch.maps, stretch.values, stretch.here, stretch.there
+    order = np.arange(len(values))
+    reached, end = _march(maps, values, order, here, there)
+    old = _matched(here, end, there, stretch.reach)
+    fresh = there.take([k for k, row in enumerate(old) if row is None])
+    back, _ = _march(maps, values, order[::-1], fresh, here)
+    return reached, old, back[::-1]
 
 
 def _breaks_at(value: float, table: BranchTable) -> _Breaks:

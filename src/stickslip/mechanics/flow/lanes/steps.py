@@ -88,7 +88,7 @@ class Steps:
 
     def step(self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
         """Step lanes of which the first block slips, or both do."""
-        both = range(n)
+        both, (p, q, c) = range(n), map(_OfModels, (p, q, c))
         sign = [load(x, SIGN[i]) for i in both]
         force = [load(x, FORCE[i]) for i in range(2)]
         rows, integral = self._speeds([load(x, SPEED[i]) for i in both], sign, force, (p, q), c)
@@ -237,7 +237,7 @@ class Steps:
 
     def tangent(self, n: int, x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None:
         """Carry derivatives through the step that was taken last."""
-        both = range(n)
+        both, (p, q, c) = range(n), map(_OfModels, (p, q, c))
         sign = [load(x, SIGN[i]) for i in both]
         d_force = [load(x, D_FORCE[i]) for i in range(2)]
         rows = [self._kept(taken, i) for i in both]
@@ -406,6 +406,16 @@ class Steps:
         """Where a block's kept rows begin, or one of them."""
         before = i * len(self.kept_rows) + (0 if row is None else self.kept_rows.index(row))
         return at.LAW_ROWS + before * ORDER * LANES
+
+
+class _OfModels:
+    """Numbers of models, each lane with its own."""
+
+    def __init__(self, rows: Floats) -> None:
+        self.rows = rows
+
+    def __getitem__(self, place: int) -> Lanes:
+        return load(self.rows, place * at.PLACES)
 
 
 class _Change:
