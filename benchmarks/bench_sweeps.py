@@ -21,12 +21,13 @@ from stickslip.sweeps.observables import as_observables
 from stickslip.sweeps.systems import as_system
 
 TABLE = "A sweep over its kernels (Coulomb, exponent and period, 1000 + 1000 maps)"
+POOLS = "A sweep of other laws (32 x 32 points, exponent and period, 1000 + 1000 maps)"
 ENGINE = "A sweep without kernels"
 HANDING = "Handing trivial tiles to an engine: processor time of a tile, ms"
 COUNTS = (1000, *(pytest.param(n, marks=pytest.mark.slow) for n in (10_000, 100_000)))
 OBSERVABLES = ("attractor", "lyapunov_exponent")
 SIDE = 64  # a tile of the default size
-LARGE = 1000
+LARGE, FEW, MAPS = 1000, 32, 2000
 
 
 def _axes(n):
@@ -77,6 +78,32 @@ def bench_plane(benchmark, report, tmp_path, monkeypatch, n):
             "MB at the end": memory[-1],
         },
     )
+
+
+@pytest.mark.benchmark(timer=CPU, group="sweeps")
+@pytest.mark.parametrize("law", [ss.PoppStelter(3.0), ss.Stribeck(0.4, 0.5)], ids=str)
+def bench_pools(benchmark, report, tmp_path, law):
+    """Time a plane whose orbits share pools, and orbits of its models one after the other."""
+    model = ss.examples.law9().replace(friction=law)
+    axes = {"V": (0.1, 0.2, FEW), "alpha": (1.1, 1.3, FEW)}
+    ss.sweep(model, {"V": [0.12]}, OBSERVABLES, store=tmp_path / "warm")
+    rng = np.random.default_rng(0)
+    f = ss.event_map(model, threads=1)
+    some = [f.replace(V=V, alpha=a) for V, a in rng.uniform([0.1, 1.1], [0.2, 1.3], (FEW, 2))]
+
+    def follow_alone():
+        for each in some:
+            each.iterate([rng.uniform(*each.domain)], MAPS // 10)
+
+    follow_alone()
+    began = process_time()
+    follow_alone()
+    alone = (process_time() - began) / (FEW * MAPS // 10)
+    benchmark.pedantic(
+        lambda: ss.sweep(model, axes, OBSERVABLES, store=tmp_path / "x", threads=1), rounds=1
+    )
+    a_map = benchmark.stats.stats.median / (FEW**2 * MAPS)
+    report.add(POOLS, law=type(law).__name__, **{"us/map": 1e6 * a_map, "alone": alone / a_map})
 
 
 @pytest.mark.benchmark(timer=CPU, group="sweeps")

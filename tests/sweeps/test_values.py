@@ -1,5 +1,7 @@
 """What a sweep records: against the maps themselves, and whatever way it was run."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -195,6 +197,28 @@ def test_law_9_and_a_law_for_each_block(tmp_path):
             np.testing.assert_array_equal(
                 found.orbit.sel(gamma_1=gamma, mu_2=mu)[0, 0], f.iterate(0.3, 2)[-1]
             )
+
+
+@pytest.mark.parametrize("chunks", [{}, {"V": 2, "gamma": 1}], ids=str)
+def test_orbits_under_law_9_share_pools_and_are_those_of_each_map(tmp_path, chunks):
+    model = ss.examples.law9()
+    axes = {"V": [0.1, 0.15, 0.3], "gamma": [2.5, 3.0], "damping": [0.0, 0.01]}
+    run = {"transient": 30, "n": 20}
+    o = ss.observables
+    wanted = [o.OrbitPoints(**run, count=8), o.Events(**run), o.Attractor(**run)]
+    found = ss.sweep(model, axes, wanted, store=tmp_path / "x", chunks=chunks, d=0.6, threads=1)
+    for V, gamma, damping in itertools.product(*axes.values()):
+        at = {"V": V, "gamma": gamma, "damping": damping}
+        f = ss.event_map(model.replace(**at))
+        orbit, here = f.iterate(0.6, 50), found.sel(at)
+        if np.isnan(orbit[-1]):
+            assert np.isnan(here.orbit).all()
+            assert here.status == f.evaluate(orbit[np.isfinite(orbit)][-1]).status
+        else:
+            np.testing.assert_array_equal(here.orbit, orbit[-8:])
+            motions = f.evaluate(orbit[-21:-1])
+            assert here.most_events == motions.n_events.max()
+            assert here.mean_duration == motions.duration.mean()
 
 
 def test_a_user_s_function_is_recorded(tmp_path):

@@ -6,13 +6,20 @@ chunk it lies in and whoever computes it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import clip_to_domain, mix_labels, sample, widths
+from stickslip.analysis.maps.protocol import (
+    advance_each,
+    clip_to_domain,
+    mix_labels,
+    sample,
+    widths,
+)
 from stickslip.mechanics.eventmap.records import Followed, new_followed
 from stickslip.numerics.long_run import (
     PERIODIC,
@@ -35,6 +42,7 @@ if TYPE_CHECKING:
     Columns: TypeAlias = Mapping[str, Floats]
 
 BITS = 53  # of a random number
+NUMBERS_AT_ONCE = 1 << 22  # points of orbits that are kept while they are followed
 
 
 def spread_starts(
@@ -76,17 +84,45 @@ class Run(NamedTuple):
     max_period: int  # the longest recognised
 
 
-def follow_map(f: Any, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
-    """Follow orbits under one map; results as `mechanics.eventmap.follow.follow` gives them."""
-    # Points of more than one number: ``tail`` holds their first.
-    m, steps = len(starts), run.transient + run.n
+def follow_maps(
+    maps: Iterable[Any], starts: Floats, run: Run, tail: int
+) -> tuple[LongRun, Followed]:
+    """Follow the orbits of several maps of one kind from ``starts`` (maps, n_starts, ...).
+
+    Results as `mechanics.eventmap.follow.follow` gives them, in C order. NaN is passed over.
+    """
+    if not len(starts):
+        return new_long_run(0), new_followed(0, tail)
+    at_once = max(1, NUMBERS_AT_ONCE // (starts[0].size * (run.transient + run.n + 1)))
+    all_maps, parts = iter(maps), []
+    for k in range(0, len(starts), at_once):
+        some = starts[k : k + at_once]
+        group = list(islice(all_maps, len(some)))
+        steps = run.transient + run.n
+        advanced = advance_each if starts.ndim == 2 else _advance_in_space
+        orbits = advanced(group, list(some), steps)
+        parts += [_read(f, each, run, tail) for f, each in zip(group, orbits, strict=True)]
+    return joined(parts)
+
+
+def _advance_in_space(maps: list[Any], starts: list[Floats], steps: int) -> list[Floats]:
+    """Iterate points of maps of R^n, NaN allowed."""
+    found = []
+    for f, x in zip(maps, starts, strict=True):
+        orbits = np.full((len(x), steps + 1, x.shape[1]), np.nan)
+        admitted = np.isfinite(x).all(axis=1)
+        orbits[admitted] = f.iterate(x[admitted], steps)
+        found.append(orbits)
+    return found
+
+
+def _read(f: Any, orbits: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
+    """Read off what orbits of a map do; of points of more numbers ``tail`` holds their first."""
+    m, steps = len(orbits), run.transient + run.n
     verdicts, followed = new_long_run(m), new_followed(m, tail)
-    orbits = np.full((m, steps + 1, *starts.shape[1:]), np.nan)
-    admitted = np.isfinite(starts).reshape(m, -1).all(axis=1)
-    orbits[admitted] = f.iterate(starts[admitted], steps)
     defined = np.asarray(np.isfinite(orbits).reshape(m, steps + 1, -1).all(axis=2))
-    on_line = starts.ndim == 1
-    for i in np.flatnonzero(admitted).tolist():
+    on_line = orbits.ndim == 2
+    for i in np.flatnonzero(defined[:, 0]).tolist():
         if not defined[i].all():
             last = int(np.argmin(defined[i])) - 1
             at_end = sample(f, orbits[i, last])
@@ -215,12 +251,7 @@ class System:
         self, columns: Columns, starts: Floats, run: Run, tail: int
     ) -> tuple[LongRun, Followed]:
         """Follow orbits from ``starts``, NaN passed over, in C order."""
-        points = zip(rows(columns, len(starts)), starts, strict=True)
-        return joined([self.follow_one(self.map_at(at), some, run, tail) for at, some in points])
-
-    def follow_one(self, f: Any, starts: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
-        """Follow the orbits of one grid point, under its map."""
-        return follow_map(f, starts, run, tail)
+        return follow_maps(map(self.map_at, rows(columns, len(starts))), starts, run, tail)
 
 
 def rows(columns: Columns, size: int) -> Iterator[dict[str, float]]:

@@ -23,7 +23,7 @@ from stickslip.mechanics.model.two_block import TwoBlock
 from stickslip.numerics.long_run import new_long_run
 from stickslip.sweeps.blocks_systems import BlocksSystem, LineSystem, MotionSystem
 from stickslip.sweeps.identity import function_identity, law_identity
-from stickslip.sweeps.system import Run, System, follow_map, joined
+from stickslip.sweeps.system import Run, System, follow_maps, rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -119,14 +119,13 @@ class ModelSystem(LineSystem):
     ) -> tuple[LongRun, Followed]:
         """Follow the starts of grid points whose models share their kernels."""
         size = len(models[0][1])
-        if models[0][0].damping > 0.0:
+        if self._by_maps(models[0][0]):
             if self.device == "cuda":
                 check_model(models[0][0])
-            parts = []
-            for point in np.unique(of_start):
-                f = self.map_at({name: float(column[point]) for name, column in columns.items()})
-                parts.append(follow_map(f, starts[of_start == point], run, tail))
-            return joined(parts)
+            points = np.unique(of_start)
+            own = {name: column[points] for name, column in columns.items()}
+            maps = map(self.map_at, rows(own, points.size))
+            return follow_maps(maps, starts.reshape(points.size, -1), run, tail)
         engines = [_engine_of(model, self.settings["engine"]) for model, _ in models]
         law_row = np.zeros(size, dtype=np.int64)
         for row, (_, chosen) in enumerate(models):
@@ -165,12 +164,20 @@ class ModelSystem(LineSystem):
         groups: dict[str, list[tuple[TwoBlock, NDArray[np.bool_]]]] = {}
         for number, values in enumerate(distinct):
             model = self.model.replace(**dict(zip(names, values.tolist(), strict=True)))
-            damped = model.damping > 0.0
-            key = "damped" if damped else _engine_of(model, self.settings["engine"]).key
+            by_maps = self._by_maps(model)
+            key = "maps" if by_maps else _engine_of(model, self.settings["engine"]).key
             groups.setdefault(key, []).append((model, inverse.ravel() == number))
         return [
             (models, np.any([chosen for _, chosen in models], axis=0)) for models in groups.values()
         ]
+
+    def _by_maps(self, model: TwoBlock) -> bool:
+        """Whether orbits of a model are followed by its map: damped, or quicker side by side."""
+        on_cpu = self.device == "cpu"
+        return model.damping > 0.0 or (on_cpu and self._map_of(model).kin is not None)
+
+    def _map_of(self, model: TwoBlock) -> EventMap:
+        return EventMap(model, **self.f.settings)
 
     def _column(self, columns: Columns, name: str, size: int) -> Floats:
         if name in columns:

@@ -44,7 +44,7 @@ from stickslip.numerics.targets import available_threads
 from stickslip.status import OK
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Hashable, Sequence
 
     from stickslip.analysis.maps.protocol import Mechanism
     from stickslip.mechanics.flow.trajectory import Trajectory
@@ -311,6 +311,11 @@ class ModelMap:
         self._backend.iterate(orbits)
         return orbits.reshape(*points.shape[: points.ndim - len(cell)], n + 1, *cell)
 
+    @property
+    def kin(self) -> Hashable | None:
+        """What maps have in common that `iterate_each` takes side by side; None for others."""
+        return getattr(self._backend, "kin", None)
+
     @staticmethod
     def iterate_each(maps: Sequence[ModelMap], starts: Sequence[ArrayLike], n: int) -> list[Floats]:
         """Iterate points of several maps, side by side where models differ in numbers only.
@@ -334,9 +339,9 @@ class ModelMap:
         ValueError
             As ``iterate``.
         """
-        families: dict[Any, list[int]] = {}
+        families: dict[Hashable, list[int]] = {}
         for k, f in enumerate(maps):
-            families.setdefault(getattr(f._backend, "kin", k), []).append(k)
+            families.setdefault(k if f.kin is None else f.kin, []).append(k)
         found: dict[int, Floats] = {}
         for members in families.values():
             if len(members) == 1:

@@ -399,7 +399,7 @@ class PoolBackend(BatchBackend):
 
         steps = max(1, orbits.shape[1] - 1)
         while True:
-            launch(task, len(orbits), self.threads, max(1, POOL_TILE // steps))
+            launch(task, len(orbits), self.threads, max(LANES, POOL_TILE // steps))
             lasting, handed = ((outputs.status == s).nonzero()[0] for s in (LASTING, HANDED_OVER))
             if lasting.size == handed.size == 0:
                 return outputs
