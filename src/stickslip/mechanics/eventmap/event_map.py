@@ -337,8 +337,13 @@ class ModelMap:
         Raises
         ------
         ValueError
-            As ``iterate``.
+            As ``iterate``; there are not as many ``starts`` as ``maps``.
         """
+        n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the maps")
+        if len(starts) != len(maps):
+            raise ValueError(
+                f"starts has {len(starts)} entries for {len(maps)} maps: one for each is needed."
+            )
         families: dict[Hashable, list[int]] = {}
         for k, f in enumerate(maps):
             families.setdefault(k if f.kin is None else f.kin, []).append(k)
