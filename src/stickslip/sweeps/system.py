@@ -13,13 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import (
-    advance_each,
-    clip_to_domain,
-    mix_labels,
-    sample,
-    widths,
-)
+from stickslip.analysis.maps.protocol import clip_to_domain, mix_labels, sample, widths
 from stickslip.mechanics.eventmap.records import Followed, new_followed
 from stickslip.numerics.long_run import (
     PERIODIC,
@@ -31,6 +25,7 @@ from stickslip.numerics.long_run import (
     read_off,
     recurs,
 )
+from stickslip.status import OK
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,25 +93,34 @@ def follow_maps(
     for k in range(0, len(starts), at_once):
         some = starts[k : k + at_once]
         group = list(islice(all_maps, len(some)))
-        steps = run.transient + run.n
-        advanced = advance_each if starts.ndim == 2 else _advance_in_space
-        orbits = advanced(group, list(some), steps)
-        parts += [_read(f, each, run, tail) for f, each in zip(group, orbits, strict=True)]
+        found = _orbits(group, list(some), run.transient + run.n)
+        parts += [_read(f, *each, run, tail) for f, each in zip(group, found, strict=True)]
     return joined(parts)
 
 
-def _advance_in_space(maps: list[Any], starts: list[Floats], steps: int) -> list[Floats]:
-    """Iterate points of maps of R^n, NaN allowed."""
-    found = []
-    for f, x in zip(maps, starts, strict=True):
-        orbits = np.full((len(x), steps + 1, x.shape[1]), np.nan)
-        admitted = np.isfinite(x).all(axis=1)
-        orbits[admitted] = f.iterate(x[admitted], steps)
-        found.append(orbits)
-    return found
+def _orbits(
+    maps: list[Any], starts: list[Floats], steps: int
+) -> Iterator[tuple[Floats, NDArray[np.int64] | None]]:
+    """Orbits of maps from points, NaN allowed, and why they end, if that is known."""
+    admitted = [np.asarray(np.isfinite(x).reshape(len(x), -1).all(axis=1)) for x in starts]
+    points = [x[rows] for x, rows in zip(starts, admitted, strict=True)]
+    native = getattr(maps[0], "follow_each", None)
+    if native is not None:
+        found = native(maps, points, steps)
+    else:
+        found = [(f.iterate(x, steps), None) for f, x in zip(maps, points, strict=True)]
+    for rows, (orbits, status) in zip(admitted, found, strict=True):
+        whole = np.full((len(rows), *orbits.shape[1:]), np.nan)
+        whole[rows] = orbits
+        if status is not None:
+            known, status = status, np.full(len(rows), OK)
+            status[rows] = known
+        yield whole, status
 
 
-def _read(f: Any, orbits: Floats, run: Run, tail: int) -> tuple[LongRun, Followed]:
+def _read(
+    f: Any, orbits: Floats, status: NDArray[np.int64] | None, run: Run, tail: int
+) -> tuple[LongRun, Followed]:
     """Read off what orbits of a map do; of points of more numbers ``tail`` holds their first."""
     m, steps = len(orbits), run.transient + run.n
     verdicts, followed = new_long_run(m), new_followed(m, tail)
@@ -125,8 +129,8 @@ def _read(f: Any, orbits: Floats, run: Run, tail: int) -> tuple[LongRun, Followe
     for i in np.flatnonzero(defined[:, 0]).tolist():
         if not defined[i].all():
             last = int(np.argmin(defined[i])) - 1
-            at_end = sample(f, orbits[i, last])
-            followed.steps[i], followed.status[i] = last, at_end.status
+            why = sample(f, orbits[i, last]).status if status is None else status[i]
+            followed.steps[i], followed.status[i] = last, why
             continue
         points = orbits[i, run.transient :]
         motions = f.evaluate(points[:-1])

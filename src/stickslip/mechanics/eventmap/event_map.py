@@ -39,7 +39,7 @@ from stickslip.mechanics.flow.engine import (
 from stickslip.mechanics.flow.lanes.pair import pair_numbers
 from stickslip.mechanics.friction.series import law_series
 from stickslip.mechanics.model.two_block import TwoBlock
-from stickslip.numerics.arrays import Floats
+from stickslip.numerics.arrays import Floats, Ints
 from stickslip.numerics.targets import available_threads
 from stickslip.status import OK
 
@@ -339,6 +339,13 @@ class ModelMap:
         ValueError
             As ``iterate``; there are not as many ``starts`` as ``maps``.
         """
+        return [orbits for orbits, _ in ModelMap.follow_each(maps, starts, n)]
+
+    @staticmethod
+    def follow_each(
+        maps: Sequence[ModelMap], starts: Sequence[ArrayLike], n: int
+    ) -> list[tuple[Floats, Ints | None]]:
+        """Return the orbits of `iterate_each`, and why they ended, or None where nobody knows."""
         n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the maps")
         if len(starts) != len(maps):
             raise ValueError(
@@ -347,20 +354,21 @@ class ModelMap:
         families: dict[Hashable, list[int]] = {}
         for k, f in enumerate(maps):
             families.setdefault(k if f.kin is None else f.kin, []).append(k)
-        found: dict[int, Floats] = {}
+        found: dict[int, tuple[Floats, Ints | None]] = {}
         for members in families.values():
-            if len(members) == 1:
-                found |= {k: maps[k].iterate(starts[k], n) for k in members}
+            if maps[members[0]].kin is None:
+                found |= {k: (maps[k].iterate(starts[k], n), None) for k in members}
                 continue
             points = [maps[k]._admit(starts[k]) for k in members]
             sizes = [each.size for each in points]
             orbits = np.empty((sum(sizes), n + 1))
             orbits[:, 0] = np.concatenate([each.ravel() for each in points])
             pools: list[Any] = [maps[k]._backend for k in members]
-            pools[0].iterate_beside(pools, orbits, np.repeat(np.arange(len(pools)), sizes))
-            parts = np.split(orbits, np.cumsum(sizes)[:-1])
-            for k, each, part in zip(members, points, parts, strict=True):
-                found[k] = part.reshape(*each.shape, n + 1)
+            of = np.repeat(np.arange(len(pools)), sizes)
+            status = pools[0].iterate_beside(pools, orbits, of)
+            parts = (np.split(each, np.cumsum(sizes)[:-1]) for each in (orbits, status))
+            for k, each, own, why in zip(members, points, *parts, strict=True):
+                found[k] = own.reshape(*each.shape, n + 1), why.reshape(each.shape)
         return [found[k] for k in range(len(maps))]
 
 

@@ -354,9 +354,9 @@ class PoolBackend(BatchBackend):
         code = self.scalar.engine.code
         return code.key, self.series.key, self.damped, self.scalar.controls
 
-    def iterate_beside(self, others: Sequence[PoolBackend], orbits: Floats, of: Ints) -> None:
-        """Fill rows that belong to models of one kin, each to ``others[of]``."""
-        self._advanced(orbits, others=others, of=of)
+    def iterate_beside(self, others: Sequence[PoolBackend], orbits: Floats, of: Ints) -> Ints:
+        """Fill rows that belong to models of one kin, each to ``others[of]``; say why they end."""
+        return self._advanced(orbits, others=others, of=of).status
 
     def _carried(self, d: Floats, along: str | None, watch: bool = False) -> Outputs:
         orbits = np.empty((d.size, 2))
