@@ -80,6 +80,16 @@ def test_a_plan_is_run_beside_its_file(plan, capsys):
     np.testing.assert_array_equal(same.kind, found.kind)
 
 
+def test_values_that_are_refused_together_are_told(plan, capsys):
+    own = PLAN.replace('"coulomb", mu = 0.22', '"a + b * exp(-s)", a = 0.1, b = 0.5')
+    axes = own.index("[axes]")
+    plan.write_text(f"{own[:axes]}[axes]\na = [0.1, 0.6]\nb = [0.2, 0.5]\n")
+    code, _, err = ended(capsys, "sweep", plan)
+    assert code == 0
+    assert "stickslip: 1 grid points have no values" in err
+    assert "a = 0.6, b = 0.5: F(0) = 1.1" in err
+
+
 def test_a_store_that_exists_is_gone_on_with_only_if_asked(plan, capsys):
     assert ended(capsys, "sweep", plan, "--status") == (
         0,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole, pairs
-from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, of_file
+from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, note, of_file
 from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
 from stickslip.files import checked_suffix
 
@@ -71,6 +71,8 @@ def sweep(
             done = f"{known['done']} of {known['chunks']} chunks done"
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
         known = _run_plan(read, where, threads, scheduler, device)
+        if refused := known.pop("refused", None):
+            note(refused, quiet=output.quiet)
     facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
     text = where
     if status and known is None:
@@ -95,7 +97,8 @@ def _known(plan: Plan, where: str) -> dict[str, Any] | None:
 
 
 def _facts(found: xarray.Dataset) -> dict[str, Any]:
-    return {name: found.attrs[name] for name in ("done", "chunks", "unverified")}
+    told = ("done", "chunks", "unverified", "refused")
+    return {name: found.attrs[name] for name in told if name in found.attrs}
 
 
 def _run_plan(

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, TypeAlias
@@ -249,6 +249,24 @@ class Points:
         """Give the values of the varied parameters at each grid point in turn."""
         yield from rows(self.columns, self.size)
 
+    def refused(self) -> dict[int, str]:
+        """Tell why the system does not allow the values of a grid point, for each of these."""
+        found = {}
+        for i, values in enumerate(self.values()):
+            try:
+                self.system.check(values)
+                self.system.map_at(values)
+            except ValueError as error:
+                found[i] = f"{', '.join(f'{n} = {x!r}' for n, x in values.items())}: {error}"
+        return found
+
+    def without(self, places: Iterable[int]) -> Points:
+        """Return the other grid points."""
+        rest = np.delete(np.arange(self.size), list(places))
+        columns = {name: column[rest] for name, column in self.columns.items()}
+        d = None if self.d is None else self.d[rest]
+        return replace(self, columns=columns, d=d, index=self.index[rest])
+
 
 @dataclass(frozen=True, eq=False)
 class Job:
@@ -334,20 +352,44 @@ class Computed:
 
     arrays: dict[str, NDArray[Any]]
     target: dict[str, str]
+    refused: Sequence[str] = ()  # grid points that the system does not allow, and why
 
 
 def compute(job: Job, tile: Tile) -> Computed:
-    """Compute all variables of a tile."""
+    """Compute all variables of a tile; values that the system refuses together have none."""
     points = tile.points(job)
+    refused: dict[int, str] = {}
+    try:
+        columns = _columns(job, points)
+    except ValueError:
+        # Only now: making each model once more takes as long as following some of its orbits.
+        refused = points.refused()
+        if not refused:
+            raise
+        columns = _columns(job, points.without(refused))
     arrays = {}
-    for each in job.observables:
-        columns = each.compute(points)
-        for output in each.outputs():
-            shape = (*tile.shape, *output.sizes)
-            arrays[output.name] = np.ascontiguousarray(
-                columns[output.name].reshape(shape), dtype=output.dtype
-            )
-    return Computed(arrays, target(job.device))
+    for output in job.outputs:
+        array = np.full((points.size, *output.sizes), missing(output.dtype), dtype=output.dtype)
+        array[np.delete(np.arange(points.size), list(refused))] = columns[output.name]
+        arrays[output.name] = array.reshape(*tile.shape, *output.sizes)
+    return Computed(arrays, target(job.device), tuple(refused.values()))
+
+
+def _columns(job: Job, points: Points) -> Columns:
+    """Compute all variables at some grid points."""
+    found: Columns = {}
+    if points.size:
+        for each in job.observables:
+            found |= each.compute(points)
+    return found or {each.name: np.empty((0, *each.sizes)) for each in job.outputs}
+
+
+def missing(dtype: str) -> Any:
+    """Return the value that marks a missing one, by its type."""
+    kind = np.dtype(dtype).kind
+    if kind == "f":
+        return math.nan
+    return False if kind == "b" else int(np.iinfo(dtype).min) if kind == "i" else 0
 
 
 def default_chunks(shape: tuple[int, ...], device: str = "cpu") -> tuple[int, ...]:

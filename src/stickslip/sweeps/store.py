@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import math
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -22,6 +21,7 @@ import numpy as np
 from stickslip import __version__
 from stickslip.errors import StoreFull, StoreRefused
 from stickslip.sweeps.identity import digest, target, target_difference
+from stickslip.sweeps.job import missing
 from stickslip.sweeps.place import room_for
 from stickslip.vocabulary import TERMS
 
@@ -271,14 +271,6 @@ def _layout(
     facts = {**facts, "files": {name: digest(content) for name, content in files.items()}}
     last = {METADATA: _sealed(METADATA, root, facts)}
     return {INDEX: _sealed(INDEX, index, facts), **files, **last}
-
-
-def missing(dtype: str) -> Any:
-    """Return the value that marks a missing one, by its type."""
-    kind = np.dtype(dtype).kind
-    if kind == "f":
-        return math.nan
-    return False if kind == "b" else int(np.iinfo(dtype).min) if kind == "i" else 0
 
 
 def _about(name: str) -> dict[str, Any]:

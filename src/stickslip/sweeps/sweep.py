@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
@@ -148,7 +149,9 @@ def sweep(
     -------
     xarray.Dataset
         As `open_sweep`: one variable for each that the observables record, with the axes as its
-        dimensions. Nothing is read until it is asked for.
+        dimensions. Nothing is read until it is asked for. Grid points whose parameters the system
+        does not allow together are stored as those without a value; the attribute ``refused``
+        tells how many this run met, and why.
 
     Raises
     ------
@@ -211,9 +214,15 @@ def sweep(
             else engines.in_dask(compute, job, todo, client)
         )
         with closing(run):
-            _written(opened, run, target(device), check, shown)
+            refused = _written(opened, run, target(device), check, shown)
         place.pack()
-    return open_sweep(store, storage_options=storage_options)
+    found = open_sweep(store, storage_options=storage_options)
+    if refused:
+        found.attrs["refused"] = (
+            f"{len(refused)} grid points have no values, the system does not allow their "
+            f"parameters together. The first: {refused[0]}"
+        )
+    return found
 
 
 @suggests
@@ -307,11 +316,11 @@ def _job(
         for name in (name for output in each.outputs() for name in (output.name, *output.dims)):
             if name in axes or name == MARKS:
                 raise ValueError(f"observable {each.name!r}: the name {name!r} is taken.")
-    for name, each_axis in axes.items():
+    for name in axes:
         if name == MARKS:
             raise ValueError(f"axis {name!r}: stores use that name for themselves.")
         if name != START:
-            _check_values(system, name, each_axis)
+            _check_values(system, name, axes)
     shape = tuple(map(len, axes.values()))
     return Job(system.on(device), tuple(axes), shape, observables, seed, d, device)
 
@@ -329,13 +338,29 @@ def _check_device(device: str, system: System, observables: tuple[Observable, ..
     require_gpu()
 
 
-def _check_values(system: System, name: str, values: Axis) -> None:
+def _check_values(system: System, name: str, axes: Mapping[str, Axis]) -> None:
     """Refuse names and values that the system does not know."""
-    for value in values.values.tolist():
+    others = [
+        [(other, float(end)) for end in axis.values[[0, -1]]]
+        for other, axis in axes.items()
+        if other not in (name, START)
+    ]
+    for value in axes[name].values.tolist():
         try:
             system.check({name: value})
         except ValueError as error:
-            raise ValueError(f"axis {name!r}: {error}") from error
+            # The other parameters' own values may be what it does not go with: a corner may do.
+            corners = ({name: value, **dict(each)} for each in itertools.product(*others))
+            if not any(_allowed(system, corner) for corner in corners):
+                raise ValueError(f"axis {name!r}: {error}") from error
+
+
+def _allowed(system: System, values: Mapping[str, float]) -> bool:
+    try:
+        system.check(values)
+    except ValueError:
+        return False
+    return True
 
 
 def _chunks(axes: Mapping[str, Axis], job: Job, given: Mapping[str, int] | None) -> tuple[int, ...]:
@@ -400,9 +425,10 @@ def _written(
     here: dict[str, str],
     check: Callable[[], None],
     show: Callable[[int], None],
-) -> None:
-    """Write tiles as they are computed."""
+) -> list[str]:
+    """Write tiles as they are computed; return why grid points were refused."""
     failed: list[tuple[Tile, Exception]] = []
+    refused: list[str] = []
     for tile, computed in outcomes:
         check()
         if isinstance(computed, Exception):
@@ -410,6 +436,7 @@ def _written(
             continue
         check_target("A part of this sweep", computed.target, here)
         store.write(tile, computed)
+        refused += computed.refused
         show(tile.size)
     if failed:
         tile, error = failed[0]
@@ -418,3 +445,4 @@ def _written(
             f"{len(failed)} chunks of {store.place.url} could not be computed, the others are "
             f"stored. The first, grid points [{where}]: {type(error).__name__}: {error}"
         ) from error
+    return refused
