@@ -122,14 +122,14 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
     ("old", "new", "words"),
     [
         ("seed = 3", "sead = 3", "sead: unknown key. Known: store,"),
-        ("seed = 3", 'seed = "x"', "seed: Expected `int`, got `str`"),
+        ("seed = 3", 'seed = "x"', "seed = 'x': a whole number is needed"),
         ("seed = 3", "seed = -1", "seed = -1 is not allowed: seed must be a whole number >= 0"),
-        ("seed = 3", "engine = 4", "engine: Expected `table`, got `int`"),
+        ("seed = 3", "engine = 4", "engine = 4: a table is needed"),
         ("from = 0.03", "from = nan", "axes.V: from = nan is not allowed: from must be"),
         ('store = "map.zarr"', "", "store: missing"),
         ("[axes]", "[axis]", "axis: unknown key"),
         ("to = 0.05", "till = 0.05", "axes.V.till: unknown key. Known: from, to, n, scale"),
-        ("n = 8}", "n = 8.5}", "axes.V.n: Expected `int`, got `float`"),
+        ("n = 8}", "n = 8.5}", "axes.V.n = 8.5: a whole number is needed"),
         ("n = 8}", "n = 0}", "axes.V: n = 0 is not allowed: n"),
         (
             "n = 8}",
@@ -138,8 +138,8 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ),
         ("from = 0.03, ", "", "axes.V.from: missing"),
         ("[1.1, 1.2, 1.3]", "7", "axes.alpha = 7: a list of values is needed, or a table {"),
-        ("[1.1, 1.2, 1.3]", '[1.1, "x"]', "axes.alpha.values[1]: Expected `float`, got `str`"),
-        ("alpha = [", "alhpa = [", "axis 'alhpa': TwoBlock has no parameter 'alhpa'"),
+        ("[1.1, 1.2, 1.3]", '[1.1, "x"]', "axes.alpha[1] = 'x': a number is needed"),
+        ("alpha = [", "alhpa = [", "axes.alhpa: TwoBlock has no parameter 'alhpa'"),
         ("mu = 0.22", "mu = 7.0", "[model] [friction] mu = 7.0"),
         (
             '"coulomb"',
@@ -152,16 +152,23 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("transient = 40, n = 64},\n]", "trans = 40},\n]", "observables[1].trans: unknown key"),
         ("n = 64},\n]", "n = 1},\n]", "observables[1]: n of lyapunov_exponent = 1"),
         ("V = 4\nalpha = 1", "beta = 4", "chunks: 'beta' is no axis"),
+        ("V = 4", "V = 4.5", "chunks.V = 4.5 is not allowed: chunks.V must be a whole number >= 1"),
+        ("[1.1, 1.2, 1.3]", "[1.1, 1.0, 1.3]", "axes.alpha: its values must be distinct"),
+        ('{name = "attractor", ', '{name = "function"}, {name = "attractor", ', "].function: miss"),
         ("seed = 3", "seed = = 3", "not TOML"),
         ("[chunks]\nV = 4\nalpha = 1", "[engine]\nrtol = 2.0", "engine: rtol = 2.0"),
         ("n = 8}", f"n = {LONG}}}", "to 100000000"),
-        ("to = 0.05", f"to = {LONG}{LONG}", "V.to: "),
+        (
+            "to = 0.05",
+            f"to = {LONG}{LONG}",
+            "axes.V.to = 999999999999... (600 digits): number out of range",
+        ),
         ("to = 0.05", "to = inf", "axes.V: to = inf is not allowed"),
         ("to = 0.05", 'to = 0.05, scale = "lo"', "axes.V: scale = 'lo' is unknown"),
         ("[1.1, 1.2, 1.3]", LONG, "a list of values is needed"),
         ("V = 4", f"V = {LONG}", "that fits into 63 bits"),
         ("seed = 3", f"seed = {LONG}", "that fits into 63 bits"),
-        ("seed = 3", f"d = {LONG}{LONG}", "d: "),
+        ("seed = 3", f"d = {LONG}{LONG}", "d = 999999999999... (600 digits): number out of range"),
         ("n = 64},\n]", f"n = {LONG}}},\n]", "n of lyapunov_exponent = 9999"),
         ("n = 64},\n]", f"transient = {LONG}}},\n]", "transient"),
         ("n = 64},\n]", f"max_period = {LONG}}},\n]", "max_period of lyapunov_exponent = 9999"),
@@ -198,6 +205,11 @@ def test_models_and_maps_are_named_too(plan, monkeypatch):
     assert read_plan(plan).arguments["system"] == ss.examples.coulomb()
     plan.write_text('map = "tests.cli.test_sweeps:LOGISTIC"\n' + PLAN[:begin] + PLAN[end:])
     assert read_plan(plan).arguments["system"] is LOGISTIC
+    plan.write_text('map = "math:sin"\n' + PLAN[:begin] + PLAN[end:])
+    with pytest.raises(
+        ValueError, match=r"map = 'math:sin': <built-in function sin>: a sweep takes"
+    ):
+        read_plan(plan)
 
 
 def _logistic(x, r):

@@ -17,8 +17,9 @@ from stickslip.mechanics.friction.values import within
 from stickslip.mechanics.model.file import model_of_values, read_model, read_toml
 from stickslip.sweeps.identity import import_function
 from stickslip.sweeps.job import LARGEST_SEED, axis
-from stickslip.sweeps.observables import OBSERVABLES, as_observables
+from stickslip.sweeps.observables import OBSERVABLES, Function, as_observables
 from stickslip.sweeps.sweep import sweep
+from stickslip.sweeps.systems import as_system
 from stickslip.vocabulary import did_you_mean
 
 if TYPE_CHECKING:
@@ -29,10 +30,20 @@ if TYPE_CHECKING:
     from stickslip.sweeps.job import Observable
 
 T = TypeVar("T", bound=msgspec.Struct)
+C = TypeVar("C")
 
 
 ENDS: Final = {"lo": "from", "hi": "to"}
 """Arguments of `axis`, and their keys."""
+
+WORDS: Final = {
+    "int": "a whole number",
+    "float": "a number",
+    "str": "text",
+    "array": "a list",
+    "object": "a table",
+}
+"""What may be needed, by the name that a refusal has for it."""
 
 
 class _Range(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename=ENDS):
@@ -68,7 +79,7 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     model: str | dict[str, Any] | None = None
     map: str | None = None
     engine: dict[str, Any] | None = None
-    chunks: dict[str, int] | None = None
+    chunks: dict[str, Any] | None = None
     storage_options: dict[str, Any] | None = None
     seed: int = 0
     d: float | None = None
@@ -89,7 +100,8 @@ class Plan(msgspec.Struct, frozen=True):
         except StoreRefused:
             raise
         except ValueError as error:
-            raise ValueError(f"{self.path}: {error}") from error
+            told = re.sub(r"\baxis '([^']+)'", r"axes.\1", str(error))
+            raise ValueError(f"{self.path}: {told}") from error
 
 
 def read_plan(path: str | PathLike[str]) -> Plan:
@@ -106,7 +118,8 @@ def read_plan(path: str | PathLike[str]) -> Plan:
             ),
             "rng": whole_number("seed", file.seed, 0, at_most=LARGEST_SEED - 1),
             "d": file.d,
-            "chunks": file.chunks,
+            "chunks": file.chunks
+            and {name: whole_number(f"chunks.{name}", size) for name, size in file.chunks.items()},
             "storage_options": file.storage_options,
         }
     local = "://" not in file.store and not file.store.startswith("memory:")
@@ -127,12 +140,22 @@ def _read(table: Any, kind: type[T], place: str) -> T:
     for field in keys:
         if field.required and field.encode_name not in table:
             raise ValueError(f"{place}{field.encode_name}: missing.")
+    return _converted(table, kind, place.rstrip("."))
+
+
+def _converted(given: Any, kind: type[C], place: str) -> C:
+    """Turn what a file holds into a kind; messages name the key, its value and what is needed."""
     try:
-        return msgspec.convert(table, kind)
+        return msgspec.convert(given, kind)
     except msgspec.ValidationError as error:
-        told, _, where = str(error).partition(" - at `$.")
-        told = told.replace("object", "table").replace(" | null", "")  # what TOML calls them
-        raise ValueError(f"{place}{where.rstrip('`')}: {told}") from None
+        told, _, path = str(error).rstrip("`").partition(" - at `$")
+        for name, number in re.findall(r"\.(\w+)|\[(\d+)\]", path):
+            given = given[name or int(number)]
+        needed = re.findall(r"\w+", told.partition("`")[2].partition("`")[0])
+        words = " or ".join(WORDS[each] for each in needed if each in WORDS)
+        key = f"{place}{path}".removeprefix(".")
+        why = f"{words} is needed" if words else told.lower()  # a number out of range
+        raise ValueError(f"{key} = {shown(given)}: {why}.") from None
 
 
 def _system(file: _File, folder: Path) -> Any:
@@ -142,7 +165,13 @@ def _system(file: _File, folder: Path) -> Any:
         if file.engine is not None:
             raise ValueError("engine: settings of a model's event map, beside a map of one's own.")
         with within("map: "):
-            return import_function(file.map)
+            found = import_function(file.map)
+        try:
+            as_system(found)
+        except ValueError as error:
+            told = str(error).removeprefix("system = ")
+            raise ValueError(f"map = {shown(file.map)}: {told}") from error
+        return found
     if isinstance(file.model, str):
         with within("model: "):
             model = read_model(folder / file.model)
@@ -158,7 +187,7 @@ def _system(file: _File, folder: Path) -> Any:
 
 def _axis(name: str, given: Any) -> Any:
     if isinstance(given, list):
-        given = {"values": given}
+        return _converted(given, list[float], f"axes.{name}")
     place = f"axes.{name}."
     if isinstance(given, dict) and "values" in given:
         return _read(given, _Values, place).values
@@ -186,6 +215,8 @@ def _observable(number: int, given: Any) -> Observable | str:
     name = settings.pop("name")
     one_of(f"{place}.name", name, OBSERVABLES)
     known = [field.name for field in fields(OBSERVABLES[name])]
+    if name == Function.name and "function" not in settings:
+        raise ValueError(f"{place}.function: missing.")
     for key in settings:
         if key not in known:
             raise ValueError(f"{place}.{key}: unknown key. {did_you_mean(key, known)}")
