@@ -4,11 +4,23 @@ import errno
 import os
 import resource
 from contextlib import contextmanager
+from io import StringIO
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from stickslip.files import checked_path, read_text, whole_file, write_text
+from stickslip.files import checked_path, read_text, whole_file, write_csv, write_text
+
+
+def test_imaginary_parts_have_a_column_of_their_own_in_csv():
+    columns = {"n": [1, 2], "m": [(0.5 + 0.25j, -1.0), (3.0,)], "z": np.array([1j, 2.0]), "x": "ab"}
+    write_csv(stream := StringIO(newline=""), columns)
+    assert stream.getvalue().splitlines() == [
+        "n,m,m_imag,z,z_imag,x",
+        "1,0.5 -1.0,0.25 0.0,0.0,1.0,a",
+        "2,3.0,0.0,2.0,0.0,b",
+    ]
 
 
 def test_text_comes_back_as_it_stands(tmp_path):

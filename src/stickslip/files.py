@@ -155,12 +155,35 @@ def write_csv(stream: TextIO, columns: Mapping[str, Any]) -> None:
     """Write a header and one line per row.
 
     Floats keep every digit, NaN is ``nan``; numbers of a list stand in one cell with spaces
-    between them; None is an empty cell.
+    between them; None is an empty cell. Imaginary parts have a column of their own, ``..._imag``.
     """
+    columns = real_columns(columns)
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)
     cells = ([flat(cell, _exact) for cell in as_list(column)] for column in columns.values())
     writer.writerows(zip(*cells, strict=True))
+
+
+def real_columns(columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the imaginary parts of each column with complex numbers one of their own, `x_imag`."""
+    real: dict[str, Any] = {}
+    for name, column in columns.items():
+        cells = as_list(column)
+        if not any(map(_is_complex, cells)):
+            real[name] = column
+            continue
+        real[name] = [_part("real", cell) for cell in cells]
+        real[f"{name}_imag"] = [_part("imag", cell) for cell in cells]
+    return real
+
+
+def _is_complex(cell: Any) -> bool:
+    return any(map(_is_complex, cell)) if isinstance(cell, tuple) else isinstance(cell, complex)
+
+
+def _part(part: str, cell: Any) -> Any:
+    several = isinstance(cell, tuple)
+    return tuple(_part(part, item) for item in cell) if several else getattr(cell, part, cell)
 
 
 def as_list(column: Any) -> list[Any]:

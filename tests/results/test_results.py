@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from tests.results.samples import Samples
 
 import stickslip as ss
+from stickslip.files import real_columns
 from stickslip.results.files import _TypeChecked
 from stickslip.results.parts import import_public, registered
 from stickslip.results.result import Result, ResultList
@@ -244,8 +245,9 @@ def test_csv_holds_the_table_to_the_last_digit(result, tmp_path):
     with path.open(newline="") as stream:
         header, *rows = csv.reader(stream)
     table = result.table()
-    assert header == list(table)
     assert len(rows) == table.n_rows
+    table = Table(real_columns(table))
+    assert header == list(table)
     for name, *cells in zip(header, *rows, strict=True):
         if table[name].dtype.kind == "f":
             assert np.array_equal(np.array(cells, dtype=float), table[name], equal_nan=True)

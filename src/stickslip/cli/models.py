@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from stickslip.cli.options import ENGINE, Flag, Starts, TableOptions, Whole, check_equally_spaced
 from stickslip.cli.output import note, notes, tracked
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
+from stickslip.files import real_columns
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -215,18 +216,14 @@ def orbits(
 
 def _columns_of_numbers(table: Mapping[str, Any]) -> dict[str, Any]:
     """Give each component of a column of tuples its own, `d_1`, and imaginary parts theirs."""
-    import numpy as np
-
     columns: dict[str, Any] = {}
     for name, values in table.items():
         if not (len(values) and isinstance(values[0], tuple)):
             columns[name] = values
             continue
-        for k, part in enumerate(np.array(values.tolist()).T, start=1):
-            columns[f"{name}_{k}"] = part.real
-            if np.iscomplexobj(part):
-                columns[f"{name}_{k}_imag"] = part.imag
-    return columns
+        for k, part in enumerate(zip(*values, strict=True), start=1):
+            columns[f"{name}_{k}"] = part
+    return real_columns(columns)
 
 
 def _orbit_ending(found: OrbitList | OrbitListND, *, quiet: bool) -> int:

@@ -116,8 +116,8 @@ class Result:
         ----------
         path : str or path
             Ends in ``.json``, or has no suffix: every digit, for `stickslip.load`; in ``.csv``:
-            the table; in ``.nc``: NetCDF of `to_xarray` (needs the extra ``sweep``), complex
-            numbers as ``..._real`` and ``..._imag``.
+            the table, imaginary parts in columns ``..._imag``; in ``.nc``: NetCDF of `to_xarray`
+            (needs the extra ``sweep``), complex numbers as ``..._real`` and ``..._imag``.
 
         Raises
         ------
