@@ -37,7 +37,10 @@ def test_what_is_quoted_or_no_python_stays(text):
 
 
 def test_what_the_address_takes_is_told_whole():
-    told = of_page("nothing to map. Take the other event, or stickslip.find_cycle.")
+    block = ss.Oscillator(V=0.5, friction=ss.Coulomb(mu=0.5))
+    with pytest.raises(ValueError, match="is one state: there is nothing to map") as refused:
+        ss.return_map(block)
+    told = of_page(str(refused.value).partition(" is one state: there is ")[2])
     assert told == 'nothing to map. The address takes the other: section={"event": "landing"}.'
 
 

@@ -241,6 +241,15 @@ def test_orbits_of_a_chain_are_listed_with_a_column_for_each_number(file, capsys
     assert "(Good-Turing)" in capsys.readouterr().err
 
 
+def test_a_block_without_a_map_is_told_the_command_that_lists_its_cycles(file, capsys):
+    file(ss.Oscillator(V=0.5, friction=ss.Coulomb(mu=0.5)))
+    assert main(["orbits", "--model", "mine.toml"]) == 2
+    told = capsys.readouterr().err
+    assert told.endswith(
+        "nothing to map. Take its limit cycles (on the command line: stickslip cycles).\n"
+    )
+
+
 def test_basins_of_a_chain_are_shares_of_starts(file, capsys):
     file(CHAIN)
     columns = answer(capsys, "basins --model mine.toml --samples 64")["result"]

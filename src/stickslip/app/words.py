@@ -12,7 +12,7 @@ OWN: Final = {
     r"gave up after max_time.*": "it takes longer than the page follows",
     r"Steady sliding is what stickslip\.equilibria describes": "Steady sliding is an equilibrium",
     r"Follow it in time, or take .*": "Its motion in time is shown.",
-    r"Take the other event\b.*": 'The address takes the other: section={"event": "landing"}.',
+    r"Take its limit cycles\b.*": 'The address takes the other: section={"event": "landing"}.',
     r"give domain=.*": 'the address takes an interval, section={"domain": [[low, high]]}.',
     r"give direction= or domain=.*": 'the address takes section={"direction": "forward"}.',
     r"\b\w+Error: (?:float )?": "",

@@ -135,7 +135,8 @@ class SectionMap(ModelMap):
         if not self.chart.names:
             raise ValueError(
                 f"the {event} of contact {self.contact + 1} is one state: there is nothing to "
-                "map. Take the other event, or stickslip.find_cycle."
+                "map. Take its limit cycles (on the command line: stickslip cycles), or "
+                "stickslip.return_map with the other event."
             )
         _ = self.chart.section  # which refuses forces without a common period
         self._window = checked_window(domain, self.chart.names)
