@@ -295,7 +295,7 @@ def test_each_value_has_an_error_of_its_own(tmp_path) -> None:  # type: ignore[n
     ("sigma", "told"),
     [
         ([0.1, 0.1], r"sigma has the shape \(2,\), and there are 3 rows"),
-        ([0.1, 0.0, 0.1], "sigma = 0: standard errors are > 0"),
+        ([0.1, 0.0, 0.1], r"sigma\[1\] = 0: standard errors are > 0"),
         ([0.1, np.nan, 0.1], r"sigma\[1, 0\] = nan is not a finite number"),
         (np.ones((3, 2)), "sigma has 2 columns: 1, or as many as the data, 1"),
     ],
@@ -655,15 +655,38 @@ MISSES = np.column_stack([GOOD, np.where(GOOD < 4, GOOD, np.nan)])
         ("blocks", lambda: ss.Record(GOOD, GOOD, blocks=(1, 2))),
         ("both x0 and v0", lambda: ss.Record(GOOD, GOOD, x0=[0.0])),
         ("do not tell where", lambda: ss.EventTimes([1.0, 2.0])),
-        ("ascend", lambda: ss.EventTimes([2.0, 1.0], d=0.1)),
+        (r"times\[1\] = 1 does not come after", lambda: ss.EventTimes([2.0, 1.0], d=0.1)),
+        (r"times\[0\] = -1: events come after", lambda: ss.EventTimes([-1.0, 1.0], d=0.1)),
+        ("times is empty", lambda: ss.EventTimes([], d=0.1)),
         ("hold 2 and 3 numbers", lambda: ss.MapPoints([0.1, 0.2], [0.1, 0.2, 0.3])),
-        ("speed = -0.1", lambda: ss.ForcePoints([-0.1], [0.3])),
-        ("period = -1", lambda: ss.CyclePeriods([0.1], [-1.0])),
+        (r"speed\[0\] = -0.1", lambda: ss.ForcePoints([-0.1], [0.3])),
+        (r"period\[0\] = -1", lambda: ss.CyclePeriods([0.1], [-1.0])),
     ],
 )  # fmt: skip
 def test_bad_data_are_refused_by_name(told: str, make) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ValueError, match=told):
         make()
+
+
+def test_a_datum_with_its_error_tells_one_parameter() -> None:
+    seen = ss.ForcePoints([0.1], [0.5], sigma=0.01)
+    block = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    found = ss.fit(block, seen, ["mu"])
+    assert (found.message, found.n_free, found.tells) == ("converged", 0, True)
+    np.testing.assert_allclose(found.values, 0.5, rtol=1e-9)
+    np.testing.assert_allclose(found.standard_errors, 0.01, rtol=1e-9)
+    np.testing.assert_allclose(found.intervals, [[0.5 - 0.0195996, 0.5 + 0.0195996]], rtol=1e-6)
+    for unknown in ({"loss": "huber"}, {"n_starts": 2, "loss": "cauchy"}):
+        with pytest.raises(ValueError, match=r"1 data cannot tell 1 unknowns .* their scatter"):
+            ss.fit(block, seen, ["mu"], **unknown)
+
+
+def test_a_record_without_a_mass_is_in_one_piece() -> None:
+    two = ss.Chain(static=[1, 1.3], alpha=1.2, V=0.1, friction=ss.Coulomb(mu=0.4))
+    motion = ss.simulate(two, [0.3, 0.1], [0.1, 0.1], t_end=T[-1])
+    one = ss.Record(T, motion.x(T)[:, 0], x0=[0.3, 0.1], v0=[0.1, 0.1])
+    with pytest.raises(ValueError, match=r"pieces = 3: data 1 is not cut, .*; take pieces=1"):
+        ss.fit(two, one, ["mu"], pieces=3)
 
 
 def test_data_that_do_not_belong_to_the_model_are_refused() -> None:
@@ -677,6 +700,7 @@ def test_data_that_do_not_belong_to_the_model_are_refused() -> None:
         (BLOCK, good, ["sped"], "Did you mean 'speed'"),
         (BLOCK, good, ["mu", "mu"], "each once"),
         (BLOCK, [], ["mu"], "data = "),
+        (BLOCK, [good, record(BLOCK, x=[0.0], v=[0.0])], ["mu"], "data 2 and data 1 are the same"),
         (BLOCK, ss.ForcePoints([0.1], [0.5]), ["mu", "speed"], "1 data cannot tell 2 unknowns"),
         (BLOCK, ss.Record(T[:5], np.asarray(good.x)[:5]), ["mu", "speed", "damping"],
          "5 data cannot tell 5 unknowns"),

@@ -181,13 +181,7 @@ class Record(_Motion):
 
     def __post_init__(self) -> None:
         """Check every number."""
-        t = series("t", self.t)
-        if not (np.diff(t) > 0.0).all():
-            k = int(np.argmin(np.diff(t) > 0.0))
-            raise ValueError(
-                f"t[{k + 1}] = {t[k + 1]:.6g} does not come after t[{k}] = {t[k]:.6g}: times "
-                "must ascend. Sort the record, and leave out repeated times."
-            )
+        t = _ascending("t", self.t)
         if len(t) < FEWEST:
             raise ValueError(f"t has {len(t)} times: a record needs at least {FEWEST}.")
         if self.x is None and self.v is None:
@@ -288,9 +282,10 @@ class EventTimes(_Motion):
 
     def __post_init__(self) -> None:
         """Check every number."""
-        times = series("times", self.times)
-        if not len(times) or times[0] < 0.0 or not (np.diff(times) > 0.0).all():
-            raise ValueError("times must hold at least one time >= 0, and ascend")
+        times = _ascending("times", self.times)
+        if not len(times):
+            raise ValueError("times is empty: at least one time is needed.")
+        _refuse("times", times, times < 0.0, "events come after the start, at times >= 0")
         one_of("kind", self.kind, KINDS)
         start = _start(self)
         if start["x0"] is None and start["d"] is None:
@@ -387,8 +382,7 @@ class ForcePoints(_Measured):
     def __post_init__(self) -> None:
         """Check every number."""
         pairs = _pairs(self, *self._axes)
-        if pairs["speed"].min() < 0.0:
-            raise ValueError(f"speed = {pairs['speed'].min():.6g}: slip speeds are >= 0")
+        _refuse("speed", pairs["speed"], pairs["speed"] < 0.0, "slip speeds are >= 0")
         block, forward = whole_number("block", self.block), flag("forward", self.forward)
         sigma = _sigma("sigma", self.sigma, len(pairs["speed"]))
         self._store(**pairs, sigma=sigma, block=block, forward=forward)
@@ -439,8 +433,7 @@ class CyclePeriods(_Measured):
     def __post_init__(self) -> None:
         """Check every number."""
         pairs = _pairs(self, *self._axes)
-        if pairs["period"].min() <= 0.0:
-            raise ValueError(f"period = {pairs['period'].min():.6g}: periods are > 0")
+        _refuse("period", pairs["period"], pairs["period"] <= 0.0, "periods are > 0")
         self._store(**pairs, sigma=_sigma("sigma", self.sigma, len(pairs["V"])))
 
 
@@ -465,6 +458,26 @@ def series(name: str, values: object) -> Floats:
     if array.ndim != 1:
         raise ValueError(f"{name} has the shape {array.shape}: numbers in a row are needed.")
     return _finite(name, array)
+
+
+def _ascending(name: str, values: object) -> Floats:
+    times = series(name, values)
+    if not (after := np.diff(times) > 0.0).all():
+        k = int(np.argmin(after))
+        raise ValueError(
+            f"{name}[{k + 1}] = {times[k + 1]:.6g} does not come after {name}[{k}] = "
+            f"{times[k]:.6g}: times must ascend. Sort them, and leave out repeated times."
+        )
+    return times
+
+
+def _refuse(name: str, array: Floats, bad: NDArray[np.bool_], why: str) -> None:
+    """ValueError that names the first of the numbers that are not allowed."""
+    if bad.any():
+        place = np.argwhere(bad)[0].tolist()
+        at = place[:1] if array.shape[-1] == 1 else place
+        told = ", ".join(map(str, at))
+        raise ValueError(f"{name}[{told}] = {array[tuple(place)]:.6g}: {why}")
 
 
 def columns(
@@ -518,8 +531,7 @@ def _sigma(
         missing = np.isnan(of)
         needed = ~(missing if each.shape[1] == k else missing.all(axis=1, keepdims=True))
         _finite(name, np.where(needed, each, 1.0))
-    if np.nanmin(each) <= 0.0:
-        raise ValueError(f"{name} = {np.nanmin(each):.6g}: standard errors are > 0")
+    _refuse(name, each, each <= 0.0, "standard errors are > 0")
     return each
 
 

@@ -529,7 +529,8 @@ def fit(
     pieces : int, optional
         Cut each record into so many pieces, each of which starts from a state of its own and
         leads to the next (multiple shooting): for long or chaotic motions. Without, a record is cut
-        for the first approach only, and then is one motion, unless that loses the data.
+        for the first approach only, and then is one motion, unless that loses the data. Not of a
+        record in which a mass is missing.
     loss : {"linear", "soft_l1", "huber", "cauchy"}
         "linear" is least squares; the others feel outliers less (`scipy.optimize.least_squares`).
     n_starts : int
@@ -603,6 +604,7 @@ def _searched(
     spent = 0
     found: _Stage | None = None
     stages = _stages(model, data, pieces)
+    spare = 0 if _errors_given(data, loss) else 1  # else their scatter is estimated, too
     for approach, (counts, link) in enumerate(stages, start=1):
         now = model if found is None else found.problem.changed(found.unknowns)
         before = [None] * len(data) if found is None else [a.states for a in found.answers]
@@ -610,11 +612,11 @@ def _searched(
         terms = [
             term_of(each, under_conditions(each, now), n, states) for each, n, states in triples
         ]
-        search = _Search(_Problem(now, names, terms, priors, link), ranges)
+        search = _Search(_Problem(now, names, terms, priors, link, spare), ranges)
         begin = search.problem.start
         if found is None and n_starts > 1:
             hurried = [term.hurried() for term in terms]
-            first = _Search(_Problem(now, names, hurried, priors, link), ranges)
+            first = _Search(_Problem(now, names, hurried, priors, link, spare), ranges)
             begin = first.begin(n_starts)
             spent += first.spent
         stage = search.run(begin, evaluations, loss, FINE if approach == len(stages) else COARSE)
@@ -657,9 +659,11 @@ class _Problem:
         terms: list[Term],
         priors: dict[str, tuple[float, float]],
         link: float,
+        spare: int,
     ) -> None:
         self.model, self.names, self.terms = model, names, terms
         self.priors, self.link = priors, link
+        self.spare = spare  # data beyond the unknowns that are needed
         own = np.cumsum([len(names), *(len(term.start) for term in terms)])
         self.own = [slice(a, b) for a, b in pairwise(own.tolist())]
         self.n_own = int(own[-1]) - len(names)
@@ -677,10 +681,11 @@ class _Problem:
             raise ValueError(f"the search cannot start: {self.refused}")
         n_data = sum(len(each.residuals) for each in answers)
         n_links = sum(len(each.links) for each in answers)
-        if n_data + len(self.priors) <= self.n_unknown:
+        if n_data + len(self.priors) < self.n_unknown + self.spare:
+            errors = " and their scatter, which sigma= and loss='linear' give" * self.spare
             raise ValueError(
                 f"{n_data} data cannot tell {self.n_unknown} unknowns ({len(self.names)} "
-                "parameters, and starts of motions): give more data, or fix parameters."
+                f"parameters, and starts of motions){errors}: give more data, or fix parameters."
             )
         self.n_residuals = n_data + n_links + len(self.priors)
 
@@ -880,6 +885,12 @@ def _stages(
         n = whole_number("pieces", pieces)
         if n > 1 and not model.plant.n_positions:
             raise ValueError("pieces: the motion of a state-space form is not cut; take pieces=1")
+        short = [k for k, each in enumerate(data, 1) if n > 1 and not _is_whole(model, each)]
+        if short:
+            raise ValueError(
+                f"pieces = {n}: data {short[0]} is not cut, for where a piece starts is not known "
+                "of a mass that was not measured; take pieces=1 (and more of n_starts)"
+            )
         counts = [n if isinstance(each, Record) else 1 for each in data]
         return [(counts, LOOSE), (counts, TIGHT)] if n > 1 else [(counts, 1.0)]
     counts = [_pieces_of(model, each) if isinstance(each, Record) else 1 for each in data]
@@ -894,10 +905,14 @@ def _stages(
 def _pieces_of(model: Model, record: Record) -> int:
     """Count the pieces of the first approach: about one for each fast period."""
     t = np.asarray(record.t)
-    whole = len(record.blocks) == len(model.plant.mass) and model.plant.n_positions
-    if not whole:
+    if not (_is_whole(model, record) and model.plant.n_positions):
         return 1
     return int(np.clip((t[-1] - t[0]) / natural_period(model), 1, max(len(t) // 12, 1)))
+
+
+def _is_whole(model: Model, data: Data) -> bool:
+    """Whether all masses were measured, where a motion is recorded."""
+    return not isinstance(data, Record) or len(data.blocks) == len(model.plant.mass)
 
 
 def _is_rounding(data: Data, fitted: Floats) -> bool:
@@ -945,7 +960,15 @@ def _listed(data: Any) -> tuple[Data, ...]:
     what = "a Record, EventTimes, MapPoints, ForcePoints or CyclePeriods, or several of them"
     if not listed:
         raise ValueError(f"data = {shown(data)} is not {what}.")
-    return tuple(instance("data", each, kinds, what) for each in listed)
+    given: tuple[Data, ...] = tuple(instance("data", each, kinds, what) for each in listed)
+    for k, each in enumerate(given):
+        if (first := given.index(each)) < k:
+            raise ValueError(
+                f"data {k + 1} and data {first + 1} are the same {type(each).__name__}: counted "
+                "twice it would make the errors too small. Leave one out; put what was measured "
+                "again, with the same result, beside the first in one set."
+            )
+    return given
 
 
 def _weighed(data: tuple[Data, ...]) -> bool:
@@ -1097,7 +1120,8 @@ def _scatter(residuals: Floats, n_free: int, loss: Loss) -> float:
         "cauchy": (1.0 / (1.0 + z), (1.0 - z) / (1.0 + z) ** 2),
     }
     felt, bend = by_loss[loss]
-    size, mean = float(np.sqrt(np.sum((residuals * felt) ** 2) / n_free)), float(np.mean(bend))
+    size = float(np.sqrt(np.sum((residuals * felt) ** 2) / max(n_free, 1)))
+    mean = float(np.mean(bend))
     return size / mean if mean > 0.0 else np.inf
 
 

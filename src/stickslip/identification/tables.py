@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from inspect import signature
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
@@ -122,8 +123,27 @@ def read_measurements(
             what = f"{shown(strange[0])} is nothing of {kind.__name__}"
             told = f"which {' and '.join(names)} tell: leave it out"
             raise ValueError(f"{what}, {told}. {did_you_mean(strange[0], known)}")
-        data: Data = kind(**values, **settings)
+        with _by_line(header, rows, {name: found[name] for name in values}):
+            data: Data = kind(**values, **settings)
     return data if units is None else data.to_dimensionless(units)
+
+
+@contextmanager
+def _by_line(
+    header: list[str], rows: list[tuple[int, list[str]]], columns: Mapping[str, list[str]]
+) -> Iterator[None]:
+    """Name the line and the column of a number that is told by its place in an array."""
+
+    def told(place: re.Match[str]) -> str:
+        column = columns[place[1]][int(place[3] or 0)]
+        return f"line {rows[int(place[2])][0]}, column {shown(column)}:"
+
+    names = "|".join(columns)
+    try:
+        yield
+    except ValueError as error:
+        text = re.sub(rf"\b({names})\[(\d+)(?:, (\d+))?\] =", told, str(error))
+        raise ValueError(text) from error
 
 
 def _asked(columns: Any) -> dict[str, list[str]]:
