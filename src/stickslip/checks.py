@@ -26,6 +26,12 @@ MOST_KEPT: Final = 10**6
 """Of points, starts, values, periods: each is kept, and costs a computation of its own."""
 MOST_VALUES: Final = 10**8
 """Of a grid."""
+LARGEST: Final = 1e100
+"""In size, of the numbers of a model."""
+TOO_LARGE: Final = (
+    f"numbers of a model are at most {LARGEST:g} in size, so that their products are numbers, too. "
+    "Choose units in which they are nearer to 1."
+)
 LONGEST: Final = 90
 """Characters of a value that a message shows."""
 
@@ -60,6 +66,14 @@ def finite_number(
     sentences = [why, remedy or f"Give {name} a value in that range."]
     told = " ".join(filter(None, sentences))
     raise ValueError(f"{name} = {given}{whose} is not allowed: {name} must be {allowed}. {told}")
+
+
+def model_number(name: str, value: object, **limits: Any) -> float:
+    """Return a number of a model, as `finite_number`, of a size that leaves room to compute."""
+    number = finite_number(name, value, **limits)
+    if abs(number) > LARGEST:
+        raise ValueError(f"{name} = {number!r} is not allowed: {TOO_LARGE}")
+    return number
 
 
 def _float(value: Any) -> float:

@@ -76,3 +76,19 @@ def test_a_model_takes_what_its_messages_allow(model, name):
 def test_a_search_takes_what_its_messages_allow(name):
     f = ss.event_map(TWO)
     assert checked_ranges(lambda value: checked_range(f, name, sorted((value, 0.3))))
+
+
+@pytest.mark.parametrize("value", [1e101, -1e160, 1e308])
+@pytest.mark.parametrize(("model", "name"), NUMBERS)
+def test_a_number_whose_products_are_none_is_refused(model, name, value):
+    message = told(lambda number: model.replace(**{name: number}), value)
+    assert str(value) in message
+    assert "at most 1e+100 in size" in message or "must be" in message
+
+
+@pytest.mark.parametrize("stiff", [1e16, 1e100])
+def test_a_stiff_spring_is_as_good_as_a_soft_one(stiff):
+    blocks = MODELS[6]
+    assert blocks.replace(stiffness_1_1=stiff).parameters["stiffness_1_1"] == stiff
+    with pytest.raises(ValueError, match="stiffness has the eigenvalue -"):
+        blocks.replace(stiffness_1_1=stiff, stiffness_2_2=-1.0)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_typ
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Many, finite_number, flag, instance, real_numbers, shown
+from stickslip.checks import Many, flag, instance, model_number, real_numbers, shown
 from stickslip.mechanics.friction.formula import Formula, TracedFormula, builtin_formula, quietly
 from stickslip.numerics.arrays import Floats
 from stickslip.vocabulary import did_you_mean
@@ -91,7 +91,7 @@ class FrictionLaw:
         if isinstance(allowed, Range):
             above = allowed.low if allowed.above else -math.inf
             low, high = allowed.low, allowed.high
-            return finite_number(name, value, above=above, at_least=low, at_most=high, of=owner)
+            return model_number(name, value, above=above, at_least=low, at_most=high, of=owner)
         is_number = isinstance(value, Real) and not isinstance(value, bool)
         if not is_number or value not in allowed.values:
             choices = " or ".join(map(str, allowed.values))

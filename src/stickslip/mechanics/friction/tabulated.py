@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import dimensions, finite_number, shown
+from stickslip.checks import dimensions, model_number, shown
 from stickslip.mechanics.friction.formula import TracedFormula, builtin_formula
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.numerics.arrays import Floats
@@ -92,7 +92,7 @@ class TabulatedFriction(FrictionLaw):
         owner = f"the friction law {self.name}"
         values: list[Any] = list(given)  # type: ignore[arg-type]
         return tuple(
-            finite_number(f"{name}[{i}]", value, at_least=0.0, of=owner)
+            model_number(f"{name}[{i}]", value, at_least=0.0, of=owner)
             for i, value in enumerate(values)
         )
 

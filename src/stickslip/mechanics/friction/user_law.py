@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Final, Self
 
 import numpy as np
 
-from stickslip.checks import finite_number, instance, shown
+from stickslip.checks import instance, model_number, shown
 from stickslip.mechanics.friction.code import pointwise
 from stickslip.mechanics.friction.formula import (
     CallableFormula,
@@ -211,7 +211,7 @@ class UserLaw(FrictionLaw):
                 f"{shown(name)} in parameters cannot name a parameter of the friction law "
                 f"{self.title}"
             )
-        return finite_number(name, value, of=f"the friction law {self.title}")
+        return model_number(name, value, of=f"the friction law {self.title}")
 
     def _replaced(self, changes: dict[str, Any]) -> Self:
         values = tuple((name, changes.get(name, value)) for name, value in self.values)

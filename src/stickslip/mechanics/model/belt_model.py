@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 import numpy as np
 
-from stickslip.checks import dimensions, finite_number, real_numbers, shown, whole_number
+from stickslip.checks import (
+    LARGEST,
+    TOO_LARGE,
+    dimensions,
+    model_number,
+    real_numbers,
+    shown,
+    whole_number,
+)
 from stickslip.mechanics.friction.law import FrictionLaw
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.contact import Harmonic, harmonic_of
@@ -34,7 +42,7 @@ MOST_BLOCKS: Final = 2000
 def one_per_block(name: str, values: Any, n_blocks: int, why: str) -> Floats:
     """Return one positive number per block; one number stands for all."""
     if dimensions(values) == 0:
-        return np.full(n_blocks, finite_number(name, values, above=0.0, why=why))
+        return np.full(n_blocks, model_number(name, values, above=0.0, why=why))
     what = "blocks: a model has a matrix with a row for each"
     whole_number(f"len({name})", n_blocks, at_most=MOST_BLOCKS, what=what)
     entries = list(values)
@@ -43,10 +51,7 @@ def one_per_block(name: str, values: Any, n_blocks: int, why: str) -> Floats:
             f"{name} = {shown(values)} for {n_blocks} blocks: give one number per block."
         )
     return np.array(
-        [
-            finite_number(f"{name}[{i}]", entry, above=0.0, why=why)
-            for i, entry in enumerate(entries)
-        ]
+        [model_number(f"{name}[{i}]", entry, above=0.0, why=why) for i, entry in enumerate(entries)]
     )
 
 
@@ -55,9 +60,11 @@ def matrix_of(name: str, given: object, shape: tuple[int, ...]) -> Floats:
     array = real_numbers(name, given)
     if array.shape != shape:
         raise ValueError(f"{name} has the shape {array.shape}: {shape} is needed.")
-    if not np.isfinite(array).all():
-        index = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name}{list(index)} = {array[index]} is not a finite number")
+    if not (allowed := np.abs(array) <= LARGEST).all():
+        index = tuple(int(k) for k in np.argwhere(~allowed)[0])
+        finite = np.isfinite(array[index])
+        why = f"is not allowed: {TOO_LARGE}" if finite else "is not a finite number"
+        raise ValueError(f"{name}{list(index)} = {array[index]} {why}")
     return frozen(array.copy())
 
 
@@ -76,12 +83,17 @@ def symmetric(name: str, given: object, n: int, why: str) -> Floats:
 
 def check_definite(name: str, matrix: Floats, why: str, *, semi: bool = False) -> None:
     """Check that a symmetric matrix is positive definite, or semidefinite."""
-    least, zero = float(np.linalg.eigvalsh(matrix)[0]), ROUNDING * np.abs(matrix).max()
-    if least < -zero if semi else least <= zero:
-        raise ValueError(
-            f"{name} has the eigenvalue {least:.6g}: it must be positive {'semi' * semi}definite. "
-            f"{why}"
-        )
+    size = np.sqrt(np.abs(np.diag(matrix)))
+    size[size == 0.0] = 1.0
+    # Rounding of the stiffest direction may be more than all of the others: each by its own, too.
+    for each in (matrix, matrix / size / size[:, None]):
+        least, zero = float(np.linalg.eigvalsh(each)[0]), ROUNDING * np.abs(each).max()
+        if least >= -zero if semi else least > zero:
+            return
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    raise ValueError(
+        f"{name} has the eigenvalue {least:.6g}: it must be positive {'semi' * semi}definite. {why}"
+    )
 
 
 def belt_velocity(value: object, name: str = "V", *, is_forced: bool = False) -> float:
@@ -93,12 +105,12 @@ def belt_velocity(value: object, name: str = "V", *, is_forced: bool = False) ->
     )
     if is_forced:
         why = "The belt moves towards positive displacements, or rests."
-        return finite_number(name, value, at_least=0.0, why=why, remedy=remedy)
+        return model_number(name, value, at_least=0.0, why=why, remedy=remedy)
     why = (
         "The belt loads the springs by moving towards positive displacements (V = 0 makes sense "
         "for forced models only)."
     )
-    return finite_number(name, value, above=0.0, why=why, remedy=remedy)
+    return model_number(name, value, above=0.0, why=why, remedy=remedy)
 
 
 Friction: TypeAlias = FrictionLaw | tuple[FrictionLaw, ...]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import dimensions, finite_number, one_of, shown
+from stickslip.checks import dimensions, model_number, one_of, shown
 from stickslip.mechanics.model.belt_model import (
     BeltModel,
     Friction,
@@ -199,10 +199,10 @@ class Chain(BeltModel):
         support = "Without support springs the belt would carry the blocks away."
         checked = {
             "static": tuple(static.tolist()),
-            "alpha": finite_number("alpha", self.alpha, at_least=0.0, why=spring),
-            "support": finite_number("support", self.support, above=0.0, why=support),
-            "mass": finite_number("mass", self.mass, above=0.0, why="A mass is positive."),
-            "damping": finite_number(
+            "alpha": model_number("alpha", self.alpha, at_least=0.0, why=spring),
+            "support": model_number("support", self.support, above=0.0, why=support),
+            "mass": model_number("mass", self.mass, above=0.0, why="A mass is positive."),
+            "damping": model_number(
                 "damping", self.damping, at_least=0.0, why="A damper takes energy."
             ),
             "friction": laws_of(self.friction, n),
@@ -287,7 +287,7 @@ class Oscillator(BeltModel):
     def __post_init__(self) -> None:
         """Check every number once and store it as a float."""
         checked = {
-            "damping": finite_number(
+            "damping": model_number(
                 "damping", self.damping, at_least=0.0, why="A damper takes energy."
             ),
             "friction": laws_of(self.friction, 1),

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.checks import (
+    LARGEST,
     MOST_KEPT,
     dimensions,
-    finite_number,
     instance,
+    model_number,
     real_numbers,
     shown,
     whole_number,
@@ -65,14 +66,14 @@ class Harmonic:
         given = self.amplitude
         if dimensions(given) == 0:
             why = "An amplitude is a force in units of f_s1."
-            amplitude: float | tuple[float, ...] = finite_number("amplitude", given, why=why)
+            amplitude: float | tuple[float, ...] = model_number("amplitude", given, why=why)
         else:
             amplitude = _weights("amplitude", given)
         object.__setattr__(self, "amplitude", amplitude)
         why = "A forcing repeats after 2 pi / frequency."
-        frequency = finite_number("frequency", self.frequency, above=0.0, why=why)
+        frequency = model_number("frequency", self.frequency, above=0.0, why=why)
         object.__setattr__(self, "frequency", frequency)
-        phase = finite_number("phase", self.phase, why="The phase is an angle in radians.")
+        phase = model_number("phase", self.phase, why="The phase is an angle in radians.")
         object.__setattr__(self, "phase", phase)
 
     @property
@@ -169,7 +170,7 @@ class Contact:
         checked: dict[str, Any] = {
             "at": _place(self.at),
             "friction": instance("friction", self.friction, FrictionLaw, known),
-            "static": finite_number("static", self.static, above=0.0, why=why),
+            "static": model_number("static", self.static, above=0.0, why=why),
             "V": _velocity(self.V),
             "load": None if self.load is None else _weights("load", self.load),
             "stiffness": None if self.stiffness is None else _stiffness(self.stiffness),
@@ -191,7 +192,7 @@ class Contact:
 
 def _stiffness(given: object) -> float:
     why = "The spring of an elastic contact pulls back; without stiffness= the contact is rigid."
-    return finite_number("stiffness", given, above=0.0, why=why)
+    return model_number("stiffness", given, above=0.0, why=why)
 
 
 def weights_of(contact: Contact, n: int, name: str) -> Floats:
@@ -221,8 +222,11 @@ def _place(at: Any) -> int | tuple[int, int] | tuple[float, ...]:
 
 def _weights(name: str, given: ArrayLike) -> tuple[float, ...]:
     weights = real_numbers(name, given)
-    if weights.ndim != 1 or not np.isfinite(weights).all() or weights.size == 0:
-        raise ValueError(f"{name} = {shown(given)}: give one finite number per coordinate.")
+    if weights.ndim != 1 or not (np.abs(weights) <= LARGEST).all() or weights.size == 0:
+        raise ValueError(
+            f"{name} = {shown(given)}: give one finite number per coordinate, at most {LARGEST:g} "
+            "in size."
+        )
     return tuple(weights.tolist())
 
 
@@ -237,7 +241,7 @@ def _velocity(given: Any) -> float | tuple[float, Harmonic]:
     mean, wave = (0.0, given) if isinstance(given, Harmonic) else (given, None)
     if isinstance(given, tuple) and len(given) == 2:
         mean, wave = given
-    mean = finite_number("V", mean, why="V is the velocity of what the contact rubs on.")
+    mean = model_number("V", mean, why="V is the velocity of what the contact rubs on.")
     if wave is None:
         return mean
     wave = instance("V[1]", wave, Harmonic, "a Harmonic(amplitude=, frequency=, phase=)")

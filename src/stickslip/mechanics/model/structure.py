@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
 
-from stickslip.checks import dimensions, finite_number, instance, real_numbers, shown, whole_number
+from stickslip.checks import dimensions, instance, model_number, real_numbers, shown, whole_number
 from stickslip.mechanics.model.belt_model import (
     MOST_BLOCKS,
     BeltModel,
@@ -283,7 +283,7 @@ class Structure(BeltModel):
         contacts = []
         for k, contact in enumerate(self.contacts):
             wave = waves.get(f"V_{k + 1}")
-            speed = finite_number(f"V_{k + 1}", numbers[f"V_{k + 1}"])
+            speed = model_number(f"V_{k + 1}", numbers[f"V_{k + 1}"])
             load = contact.load
             if load is not None:
                 load = tuple(numbers[f"load_{k + 1}_{j + 1}"] for j in range(len(load)))
@@ -291,7 +291,7 @@ class Structure(BeltModel):
                 replace(
                     contact,
                     friction=laws[k] if isinstance(laws, tuple) else laws,
-                    static=finite_number(f"static_{k + 1}", numbers[f"static_{k + 1}"], above=0.0),
+                    static=model_number(f"static_{k + 1}", numbers[f"static_{k + 1}"], above=0.0),
                     V=speed if wave is None else (speed, wave),
                     load=load,
                     stiffness=numbers.get(f"contact_stiffness_{k + 1}"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from stickslip.checks import finite_number, instance, shown
+from stickslip.checks import instance, model_number, shown
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.belt_model import BeltModel, Friction, belt_velocity, laws_of
 from stickslip.mechanics.model.blocks import Chain
@@ -81,20 +81,20 @@ class TwoBlock(BeltModel):
     def __post_init__(self) -> None:
         """Check every number once and store it as a float."""
         checked = {
-            "alpha": finite_number(
+            "alpha": model_number(
                 "alpha",
                 self.alpha,
                 at_least=0.0,
                 why="alpha = k12 / k is a ratio of spring stiffnesses; 0 uncouples the blocks.",
             ),
-            "beta": finite_number(
+            "beta": model_number(
                 "beta",
                 self.beta,
                 above=0.0,
                 why="beta = f_s2 / f_s1 is a ratio of static friction limits.",
             ),
             "V": belt_velocity(self.V),
-            "damping": finite_number(
+            "damping": model_number(
                 "damping", self.damping, at_least=0.0, why="A damper takes energy."
             ),
             "friction": laws_of(self.friction, 2),
@@ -147,10 +147,10 @@ class TwoBlock(BeltModel):
             A quantity is not a finite number in its range; the physical name is given.
         """
         units = Units(m=m, k=k, fs1=fs1)
-        k12 = finite_number("k12", k12, at_least=0.0, why="A spring's stiffness is not negative.")
-        fs2 = finite_number("fs2", fs2, above=0.0, why="A static friction limit is positive.")
+        k12 = model_number("k12", k12, at_least=0.0, why="A spring's stiffness is not negative.")
+        fs2 = model_number("fs2", fs2, above=0.0, why="A static friction limit is positive.")
         v_dr = belt_velocity(v_dr, "v_dr")
-        c = finite_number("c", c, at_least=0.0, why="A damper takes energy.")
+        c = model_number("c", c, at_least=0.0, why="A damper takes energy.")
         return cls(
             alpha=k12 / units.k,
             beta=fs2 / units.fs1,
