@@ -13,7 +13,7 @@ import pytest
 
 from stickslip.numerics import waiting as told
 from stickslip.numerics.targets import LASTS, launch
-from stickslip.numerics.waiting import WATCH, waiting, waits
+from stickslip.numerics.waiting import WATCH, doing, waiting, waits
 from stickslip.sweeps.sweep import Progress
 
 AT_MOST = 30.0  # seconds until a word comes, on any machine
@@ -43,6 +43,18 @@ def around(until):
 def test_a_log_gets_lines_that_say_what_and_how_far(caplog):
     long_call(lambda: len(caplog.messages) > 1)
     assert {line.replace("1 s", "0 s") for line in caplog.messages} == {"long call: 0 s, 25% done"}
+
+
+def test_what_is_done_now_is_told(caplog):
+    def done():
+        doing("one thing" if len(caplog.messages) < 2 else "")
+        return len(caplog.messages) > 3
+
+    long_call(done)
+    lines = caplog.text.splitlines()  # of the messages as they were
+    assert lines[0].endswith("s, 25% done, one thing")
+    assert lines[-1].endswith("s, 25% done")
+    doing("what nobody asks for")
 
 
 def test_lines_become_rare(caplog):

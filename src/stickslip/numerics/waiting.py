@@ -92,11 +92,19 @@ def waiting(what: str, *, shown: bool = True) -> Iterator[Callable[[float], None
         wait.end()
 
 
+def doing(what: str) -> None:
+    """Say what is done now, by the call that is told of, if there is one; nothing when it is."""
+    call = WATCH.call
+    if call is not None and threading.current_thread() is threading.main_thread():
+        call.doing = what
+
+
 class _Wait:
     """A call that may last."""
 
     def __init__(self, what: str) -> None:
         self._what, self._compiled = what, WATCH.compiled
+        self.doing = ""
         self._share: SupportsFloat = 0.0
         self.begun, self.shown = time.monotonic(), False
         self._over, self._gone = threading.Event(), threading.Event()
@@ -138,7 +146,7 @@ class _Wait:
             share = f"{share:.0%} done" if share else ""
         compiled = WATCH.compiled - self._compiled
         kernels = f"kernels compiled: {compiled}" if compiled else ""
-        told = (f"{time.monotonic() - self.begun:.0f} s", str(share), kernels)
+        told = (f"{time.monotonic() - self.begun:.0f} s", str(share), self.doing, kernels)
         return f"{self._what}: {', '.join(filter(None, told))}"
 
     def _on_terminal(self) -> None:

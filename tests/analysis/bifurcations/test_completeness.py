@@ -293,6 +293,8 @@ def test_a_table_of_many_full_branches_is_resolved_by_how_many_orbits_they_make(
     assert len(table) > 48
     assert resolution_of_lists(table, 1) == table.resolution
     assert resolution_of_lists(table, 2) == pytest.approx(1e-3 * 0.999)
+    # More ways than there are numbers, without a warning.
+    assert resolution_of_lists(table, 100_000) == pytest.approx(1e-3 * 0.999)
     # Where all branches are wide none is left out, however many orbits there are.
     tent = ss.PiecewiseMap(lambda x: 1 - np.abs(2 * x - 1), (0, 1), breakpoints=[0.5])
     assert resolution_of_lists(branch_table(tent), 16) == branch_table(tent).resolution

@@ -96,9 +96,10 @@ def pieces_of_powers(laps: Laps, max_power: int, *, closed: bool = False) -> Ite
 
 
 def itineraries(laps: Laps, power: int) -> float:
-    """Count the ways to go from a lap back to it in a number of maps."""
+    """Count the ways to go from a lap back to it in a number of maps; NaN or inf for too many."""
     leads = _Returns(laps, 1).before(np.eye(len(laps), dtype=bool))
-    return float(np.trace(np.linalg.matrix_power(leads.astype(np.float64), power)))
+    with np.errstate(over="ignore", invalid="ignore"):  # more than all numbers: inf, or NaN
+        return float(np.trace(np.linalg.matrix_power(leads.astype(np.float64), power)))
 
 
 def returning(laps: Laps, power: int) -> Bools:

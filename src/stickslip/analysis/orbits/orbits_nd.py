@@ -12,6 +12,7 @@ from stickslip.analysis.maps.protocol import apart, lengths, reduced, sample
 from stickslip.analysis.orbits.newton import Solutions, monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
+from stickslip.numerics.waiting import doing
 from stickslip.results.parts import part
 from stickslip.results.table import listed, more
 
@@ -269,10 +270,12 @@ def search_orbits(
     unseen: list[Unseen] = []
     n_evaluations = 0
     for p in wanted:
+        doing(f"orbits of period {p} of {wanted[-1]}")
         census = _searched(f, p, n_starts, [orbit.points for orbit in orbits])
         n_evaluations += census.n_evaluations
         orbits += census.orbits()
         unseen.append(census.unseen(p))
+    doing("")
     return OrbitListND(tuple(orbits), wanted[-1], tuple(unseen), n_starts, n_evaluations)
 
 

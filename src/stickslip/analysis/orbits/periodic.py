@@ -42,7 +42,7 @@ from stickslip.analysis.orbits.orbit import (
 )
 from stickslip.analysis.orbits.orbits_nd import N_STARTS, OrbitListND, search_orbits
 from stickslip.numerics.arrays import EPS
-from stickslip.numerics.waiting import waits
+from stickslip.numerics.waiting import doing, waits
 from stickslip.numerics.zeros import MAX_ROUNDS
 from stickslip.vocabulary import suggests
 
@@ -197,11 +197,14 @@ class _Search:
         """Yield (p, pieces of f^p) as far as they can be followed."""
         try:
             for pieces in pieces_of_powers(self.laps, highest, closed=closed):
+                doing(f"orbits of period {pieces.power} of {highest}")
                 self.complete = pieces.power
                 yield pieces.power, pieces
         except TooManyPiecesError as reason:
             lo, hi = self.table.f.domain
             self.unresolved.append(Unresolved(f"{reason}:", lo, hi, self.complete + 1))
+        finally:
+            doing("")
 
     def result(self, highest: int) -> OrbitList:
         """Return the list, by period and place."""
