@@ -4,6 +4,7 @@ import io
 import logging
 import os
 import pty
+import re
 import subprocess
 import sys
 import threading
@@ -55,6 +56,15 @@ def test_what_is_done_now_is_told(caplog):
     assert lines[0].endswith("s, 25% done, one thing")
     assert lines[-1].endswith("s, 25% done")
     doing("what nobody asks for")
+
+
+def test_what_will_take_hours_is_told(caplog):
+    with waiting("simulate") as tell:
+        tell(1e-12)
+        end = time.monotonic() + AT_MOST
+        while not caplog.text and time.monotonic() < end:
+            time.sleep(0.01)
+    assert re.search(r"simulate: 0 s, 0% done, some \S+ hours left", caplog.text)
 
 
 def test_lines_become_rare(caplog):

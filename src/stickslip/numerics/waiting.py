@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 LOG: Final = logging.getLogger(__name__)
 PATIENCE: Final = 2.0  # seconds that a call may take without a word
 REDRAWN: Final = 0.5  # seconds from one picture, or look, to the next
+HOUR: Final = 3600.0  # seconds; what takes longer is told
 
 Function = TypeVar("Function", bound="Callable[..., Any]")
 
@@ -142,11 +143,14 @@ class _Wait:
 
     def __str__(self) -> str:
         share: Any = self._share
+        seconds = time.monotonic() - self.begun
         if isinstance(share, int | float):
-            share = f"{share:.0%} done" if share else ""
+            hours = seconds / HOUR * (1.0 - share) / share if share else 0.0
+            left = f", some {hours:.3g} hours left" if hours > 1.0 else ""
+            share = f"{share:.0%} done{left}" if share else ""
         compiled = WATCH.compiled - self._compiled
         kernels = f"kernels compiled: {compiled}" if compiled else ""
-        told = (f"{time.monotonic() - self.begun:.0f} s", str(share), self.doing, kernels)
+        told = (f"{seconds:.0f} s", str(share), self.doing, kernels)
         return f"{self._what}: {', '.join(filter(None, told))}"
 
     def _on_terminal(self) -> None:

@@ -20,6 +20,7 @@ from tests.mechanics.flow.systems import (
 )
 
 import stickslip as ss
+from stickslip.mechanics.flow import recorder
 
 # Rounding of a force or velocity: a few operations on numbers of the size of the state, and
 # of the time where the belt has carried a block.
@@ -375,6 +376,15 @@ def test_a_law_that_fails_ends_the_trajectory_where_it_did():
     np.testing.assert_allclose(motion.final_state.x, motion.x(motion.t[-1]), rtol=0, atol=1e-12)
     speed = model.V - motion.v(motion.t[-1])
     assert speed.max() < 12.0
+
+
+def test_a_motion_of_more_steps_than_memory_holds_is_given_up(monkeypatch):
+    monkeypatch.setattr(recorder, "MOST_KEPT", 500)
+    stiff = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4), damping=1e4)
+    motion = ss.simulate(stiff, [0.5], [0.0], t_end=0.1)  # 1e3 steps
+    assert (motion.status, motion.t[-1] < 0.1) == (ss.status.TIME_LIMIT, True)
+    assert np.isfinite(motion.x(motion.t[-1])).all()
+    assert ss.simulate(stiff, [0.5], [0.0], t_end=0.1, record="events").status == ss.status.OK
 
 
 @pytest.mark.parametrize("blocks", [[1.0, 0.0], [1.0, -1.0], [-1.0, -1.0]])

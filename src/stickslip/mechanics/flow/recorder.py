@@ -38,6 +38,8 @@ register(System)
 LONGEST_STEP = 1.5
 # Steps, for each event allowed, after which a motion without an end time is given up.
 STEPS_PER_EVENT = 10
+# Steps of which the inside is kept: a few kilobytes each.
+MOST_KEPT = 5_000_000
 
 Instant: TypeAlias = tuple[Floats, Floats, Floats, Floats]
 """Displacements, velocities, relative velocities at contacts, needed forces."""
@@ -192,6 +194,8 @@ class Recorder(ABC):
             elif endless and self._slides_for_ever():
                 self.status = status_codes.NEVER_SLIPPING
             elif endless and n >= STEPS_PER_EVENT * max_events:
+                self.status = status_codes.TIME_LIMIT
+            elif self._keeps_polynomials and n >= MOST_KEPT and self.t < t_end:
                 self.status = status_codes.TIME_LIMIT
             elif self.n_events >= max_events:
                 self.status = status_codes.EVENT_LIMIT
