@@ -56,6 +56,9 @@ def test_every_help_shows_its_examples(name, capsys):
         (["map", "--preset", "columb"], ["columb", "coulomb", "law9"]),
         (["simulate", "--preset", "coulomb", "-d", "0.1"], ["--t-end"]),
         (["reproduce", "five"], ["five"]),
+        (["study", "leine1998", "1.5"], ["'1.5' is not a whole number"]),
+        (["safety", "--preset", "coulomb", "--attractor", "0.6"], ["--attractor", "not a whole"]),
+        (["safety", "--preset", "coulomb", "--within", "9.5"], ["--within", "not a whole number"]),
         (["explore", "--host", ""], ["--host"]),
     ],
 )

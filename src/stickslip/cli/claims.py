@@ -211,7 +211,7 @@ stickslip reproduce --check
 
 
 def reproduce(
-    *figures: int,
+    *figures: Whole,
     out: Annotated[Path, Parameter(group=OUTPUT)] = Path("out"),
     check: Flag = False,
     output: OutputOptions = OutputOptions(),
@@ -278,7 +278,7 @@ stickslip study galvanetto2001 --proven
 
 def study(
     name: str | None = None,
-    *figures: int,
+    *figures: Whole,
     list: Flag = False,
     proven: Flag = False,
     out: Annotated[Path | None, Parameter(group=OUTPUT)] = None,

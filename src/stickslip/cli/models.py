@@ -322,9 +322,9 @@ stickslip safety --preset coulomb --parameter V \\
 def safety(
     *,
     table: TableOptions = TableOptions(),
-    attractor: int = 0,
+    attractor: Whole = 0,
     kicks: float = 0.0,
-    within: int = 1000,
+    within: Whole = 1000,
     parameter: str | None = None,
     values: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
 ) -> int:
