@@ -699,6 +699,7 @@ def test_data_that_do_not_belong_to_the_model_are_refused() -> None:
         (BLOCK, ss.MapPoints([0.1], [0.2]), ["mu"], "two blocks"),
         (BLOCK, good, ["sped"], "Did you mean 'speed'"),
         (BLOCK, good, ["mu", "mu"], "each once"),
+        (BLOCK, replace(good, V=0.2), ["mu", "V"], "all data have V = 0.2 of their own"),
         (BLOCK, [], ["mu"], "data = "),
         (BLOCK, [good, record(BLOCK, x=[0.0], v=[0.0])], ["mu"], "data 2 and data 1 are the same"),
         (BLOCK, ss.ForcePoints([0.1], [0.5]), ["mu", "speed"], "1 data cannot tell 2 unknowns"),

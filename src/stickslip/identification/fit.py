@@ -580,6 +580,13 @@ def fit(
     known = _priors(_by_name("priors", priors, names))
     for number, each in enumerate(given, start=1):
         check_belongs(model, each, number, check_units=check_units)
+    for name in names:
+        if name not in known and all(name in each.conditions for each in given):
+            raise ValueError(
+                f"parameters: all data have {name} = "
+                f"{', '.join(f'{each.conditions[name]:.6g}' for each in given)} of their own, and "
+                f"nothing tells that of the model. Leave {name} out, there or here."
+            )
     found, spent = _searched(
         model, given, names, ranges, known, loss, pieces, n_starts, evaluations
     )

@@ -47,7 +47,7 @@ def zero(
             reason = error
             continue
         if any(not a.overlaps(b) for a, b in zip(new, box, strict=True)):
-            raise NoZero(f"none within {radius:.1g} of the place given")
+            raise NoZero(f"there is none within {radius:.1g} of the place given")
         if all(b.contains_interior(a) for a, b in zip(new, box, strict=True)):
             return _refined(equations, new, target), box
         reason = Undecided(f"Newton's step leaves a box of radius {radius:.1g}")
