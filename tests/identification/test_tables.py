@@ -94,6 +94,11 @@ def test_what_is_missing_and_the_speed_of_the_belt(tmp_path: Path) -> None:
             {"t": "time"},
             "line 5, column 'time': 1 does not come after line 3, column 'time': 2: times must asc",
         ),
+        (
+            RECORD.replace("3,2", "3,1e300"),
+            None,
+            "line 5, column 'x': 1e.300 is not a .* at most 1e.1",
+        ),
         ("t,x,sigma\n0,1,1\n1,1,0\n", None, "needs at least 5"),
         ("speed,force,sigma\n0,1,1\n1,1,0\n", None, "line 3, column 'sigma': 0: standard errors"),
         (RECORD.replace("3,2\n4,1\n", ""), None, "needs at least 5"),

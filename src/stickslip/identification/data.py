@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias
 import numpy as np
 
 from stickslip.checks import (
+    LARGEST,
     finite_number,
     flag,
     instance,
@@ -495,11 +496,13 @@ def columns(
 
 
 def _finite(name: str, array: Floats, *, may_miss: bool = False) -> Floats:
-    bad = np.argwhere(np.isinf(array) if may_miss else ~np.isfinite(array))
+    allowed = np.abs(array) <= LARGEST
+    bad = np.argwhere(~(allowed | np.isnan(array)) if may_miss else ~allowed)
     if len(bad):
         where = ", ".join(map(str, bad[0]))
+        size = f", at most {LARGEST:g} in size" * bool(np.isfinite(array[tuple(bad[0])]))
         raise ValueError(
-            f"{name}[{where}] = {array[tuple(bad[0])]} is not a finite number ({len(bad)} of "
+            f"{name}[{where}] = {array[tuple(bad[0])]} is not a finite number{size} ({len(bad)} of "
             f"{array.size} are not). "
             + ("NaN stands for what is missing." if may_miss else "Leave such rows out.")
         )
