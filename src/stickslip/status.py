@@ -45,8 +45,8 @@ MESSAGES: Final = (
     "all blocks slip for ever: no relative velocity can reach zero again",
     "the motion settled where no such event comes again: on a cycle, or sliding steadily",
     "gave up after max_events events; raise max_events",
-    "gave up after max_time, or more steps than max_events or memory allow; raise these, or take a "
-    "shorter time",
+    "gave up after max_time, or more steps than max_events or memory allow; raise max_time or "
+    "max_events, or take a shorter time",
     "simultaneous events leave no consistent set of modes; move the starting point",
     "the friction law returned NaN; check it over the speeds that occur",
     "no step: the state grew beyond all numbers, or the law is not smooth between its knots",

@@ -157,8 +157,8 @@ def test_a_motion_that_comes_to_no_cycle_is_no_fault_of_a_field(page):
 
 
 def test_an_impossible_model_is_told_with_value_and_range(page):
-    message = page.error("law", model={**COULOMB, "alpha": 1e308})["message"]
-    assert "alpha = 1e+308" in message
+    message = page.error("law", model={**COULOMB, "alpha": 1e100})["message"]
+    assert "alpha = 1e+100" in message
     assert "0 <= alpha <= 30" in message
 
 
