@@ -86,7 +86,7 @@ def test_values_that_are_refused_together_are_told(plan, capsys):
     plan.write_text(f"{own[:axes]}[axes]\na = [0.1, 0.6]\nb = [0.2, 0.5]\n")
     code, _, err = ended(capsys, "sweep", plan)
     assert code == 0
-    assert "stickslip: 1 grid points have no values" in err
+    assert "stickslip: without values: 1 of 4 grid points, parameters of which" in err
     assert "a = 0.6, b = 0.5: F(0) = 1.1" in err
 
 

@@ -330,7 +330,7 @@ def test_grid_points_that_the_model_refuses_have_no_values_and_are_told(tmp_path
     found = ss.sweep(model, axes, wanted, store=tmp_path / "x", d=0.2, threads=1)
     assert found.kind.values[1:, 2].tolist() == [-128, -128] == found.kind.values[2, 1:].tolist()
     assert np.isnan(found.lyapunov_exponent.values).sum() == 3 == np.isnan(found.half.values).sum()
-    assert found.attrs["refused"].startswith("3 grid points have no values")
+    assert found.attrs["refused"].startswith("without values: 3 of 9 grid points, ")
     assert "a = 0.4, b = 0.7: F(0) = 1.1 of the friction law" in found.attrs["refused"]
     alone = ss.sweep(
         model, {"a": [0.6], "b": [0.2]}, wanted, store=tmp_path / "y", d=0.2, threads=1

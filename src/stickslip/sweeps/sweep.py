@@ -219,8 +219,8 @@ def sweep(
     found = open_sweep(store, storage_options=storage_options)
     if refused:
         found.attrs["refused"] = (
-            f"{len(refused)} grid points have no values, the system does not allow their "
-            f"parameters together. The first: {refused[0]}"
+            f"without values: {len(refused)} of {math.prod(job.shape)} grid points, parameters of "
+            f"which the system does not allow together. The first: {refused[0]}"
         )
     return found
 
