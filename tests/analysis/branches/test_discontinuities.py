@@ -320,6 +320,18 @@ def test_values_that_scatter_make_no_break():
     assert not branch_table(f).breakpoints
 
 
+@pytest.mark.parametrize("place", np.linspace(0.008, 0.009, 8))
+def test_what_rounding_of_sums_makes_of_a_steep_function_near_0_is_no_break(place):
+    """Adjacent floats there may differ by a step, or by nothing, for a hundred of them."""
+    width = 1.4e-8
+    f = PiecewiseMap(
+        lambda x: -0.03 * np.arctan((x + 1 - (1 + place)) / width),
+        (-0.11, 0.11),
+        derivative=lambda x: -0.03 / width / (1 + ((x - place) / width) ** 2),
+    )
+    assert not branch_table(f).breakpoints
+
+
 def test_limits_at_a_bracket_are_those_at_its_ends():
     """Branches accumulate at 0, ever steeper; what lies within a billionth is not told apart."""
 

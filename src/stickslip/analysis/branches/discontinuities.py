@@ -444,10 +444,12 @@ class _Search:
 
     def _noise(self, left: Nodes, right: Nodes) -> Floats:
         """How far values beside a cut scatter: where motions are sensitive, by more than ulp."""
-        # Not closer: where rounding decides, values of both sides alternate for some floats.
-        found, floats, aside = [], np.arange(SCATTER + 1), BLURRED * self.asked
+        # Not closer: where rounding decides, values of both sides alternate for some floats. Nor
+        # closer to each other: what is computed from points near 0 is rounded as from others.
+        found, whole = [], getattr(self.mesh.f, "whole", self.mesh.f)
+        aside = BLURRED * self.asked + np.arange(SCATTER + 1) * FLAT * domain_size(whole)
         for end, inward in ((left, -1), (right, 1)):
-            x = end.x[:, None] + inward * (aside + floats * np.spacing(np.abs(end.x))[:, None])
+            x = end.x[:, None] + inward * aside
             values, _ = self.mesh.slopes(np.clip(x, *self.mesh.f.domain).ravel())
             found.append(np.ptp(values.reshape(x.shape), axis=1))
         return np.nan_to_num(SCATTER * np.maximum(*found))
