@@ -107,3 +107,17 @@ def test_a_point_stuck_at_an_infinite_slope_is_no_solution():
         1.0,
     )
     assert not found.converged.any()
+
+
+def test_an_orbit_between_two_floats_is_found_however_steep_the_map():
+    # Floats next to 0.3 have images 1.7e-6 apart, and neither is the point itself.
+    found = polish(
+        lambda k, x: (3e10 * (x - 0.3) + 0.300001, np.full(x.shape, 3e10), unlabelled(x)),
+        np.array([[0.2999]]),
+        np.array([[0.0]]),
+        np.array([[1.0]]),
+        1.0,
+    )
+    assert found.converged.all()
+    assert found.points == pytest.approx(np.array([[0.3]]), abs=1e-16)
+    assert found.error.max() < 1e-16

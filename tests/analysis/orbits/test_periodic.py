@@ -367,3 +367,25 @@ def test_an_orbit_is_on_a_break_only_within_its_own_error():
     found = periodic_orbits(f, 1)
     assert [orbit.points.tolist() for orbit in found] == [[pytest.approx(5e-13, rel=1e-3)]]
     assert found.unresolved == ()
+
+
+@pytest.mark.parametrize(("at", "right", "top"), [(0.5, 0.012, 0.9), (0.507, 0.0125, 0.889)])
+def test_beside_a_logarithm_there_is_an_orbit_for_each_word(at, right, top):
+    """Both branches come from -infinity over all but their own ends: a shift, and a sink."""
+
+    def value(x):
+        log = np.log(np.maximum(np.abs(x - at), 1e-300))
+        return np.where(x < at, top + 0.0156 * log, 0.81 + right * log)
+
+    def slope(x):
+        with np.errstate(divide="ignore"):
+            return np.where(x < at, 0.0156, right) / (x - at)
+
+    found = periodic_orbits(PiecewiseMap(value, (0, 1), derivative=slope), 4)
+    # Lyndon words of two letters, and the sink.
+    assert [o.period for o in found] == [1, 1, 1, 2, 3, 3, 4, 4, 4]
+    assert found.unresolved == ()
+    for orbit in found:
+        x = orbit.points
+        off = np.abs(value(x) - np.roll(x, -1))
+        assert (off <= 1e-15 + 2 * np.abs(slope(x)) * np.spacing(x)).all()

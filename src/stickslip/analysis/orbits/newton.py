@@ -33,6 +33,7 @@ MAX_STEPS: Final = 40
 HALVINGS: Final = 6
 DECREASE: Final = 0.25  # of the step's share: how much smaller the residual must become
 CLOSED: Final = 1e-11  # residual of an orbit that Newton's method cannot make smaller, of its size
+STEP: Final = 1e-3  # of the map's values: from float to float, as beside a logarithm
 SINGULAR: Final = 1e-12  # directions in which the equations are as good as blind
 SETTLED: Final = 1e-7  # of an orbit's size: how well its points must be known
 FARTHEST: Final = 10.0  # sizes of an orbit: steps beyond leave out the blind directions
@@ -166,6 +167,8 @@ def polish(
     closed = rounding.all(axis=1)
     # Or the map's own, which may be more: a motion's states grow on their way.
     closed |= (last <= STALLED * scale) & (np.abs(residuals) <= CLOSED * scale).all(axis=1)
+    # Or as small as points allow, however steep the map, if no float next to them is better.
+    closed |= (last <= EPS * scale) & (np.abs(residuals) <= STEP * scale).all(axis=1)
     closed &= ~given_up
     converged = (closed | (last <= enough)) & np.isfinite(steps).all(axis=1) & ~given_up
     # The last residuals still make for one step, which need not be checked.

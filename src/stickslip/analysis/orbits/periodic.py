@@ -6,7 +6,7 @@ Infinitely unstable ones, of the map with its jumps filled in, are known from en
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
@@ -47,6 +47,8 @@ from stickslip.numerics.zeros import MAX_ROUNDS
 from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
@@ -238,19 +240,28 @@ class _Search:
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
         """Solve each bracket: Newton from a guess by inverse branches, else after halving."""
         found = self._polished(brackets, self._guess(brackets))
-        failed = np.flatnonzero(~found.converged | self._are_beyond(brackets, found.points))
+        failed = self._failed(brackets, found)
         if failed.size:
-            shrunk, lost = self._shrunk(brackets.take(failed))
-            middle = 0.5 * (shrunk.left + shrunk.right)[:, :-1]
-            better = self._polished(shrunk, middle)
-            for one in fields(found):
-                getattr(found, one.name)[failed] = getattr(better, one.name)
+            wide = brackets.take(failed)
+            shrunk, lost = self._shrunk(wide)
+            better = self._polished(shrunk, 0.5 * (shrunk.left + shrunk.right)[:, :-1])
+            # Images of adjacent floats are too far apart where slopes are as steep as beside a
+            # logarithm, but inverse ones are as close as can be.
+            lines = self._failed(shrunk, better)
+            wide, middle = wide.take(lines), 0.5 * (shrunk.left + shrunk.right)[lines, 0]
+            back = self._polished(wide, self._back(wide, middle, self.laps.inverse))
+            good = np.setdiff1d(np.arange(len(lines)), self._failed(wide, back))
+            better.put(lines[good], back.take(good))
+            found.put(failed, better)
             for k in np.flatnonzero(lost):
                 lo, hi = float(shrunk.left[k, 0]), float(shrunk.right[k, 0])
                 self.unresolved.append(Unresolved(HOLE, lo, hi, found.points.shape[1]))
             kept = np.delete(np.arange(len(brackets)), failed[lost])
             brackets, found = brackets.take(kept), found.take(kept)
         return brackets, found
+
+    def _failed(self, brackets: Brackets, found: Polished) -> Indices:
+        return np.flatnonzero(~found.converged | self._are_beyond(brackets, found.points))
 
     def _are_beyond(self, brackets: Brackets, points: Floats) -> Bools:
         """Tell which points lie beyond an end that is clearly off the orbit inside.
@@ -264,21 +275,30 @@ class _Search:
             (brackets.left, brackets.off_left, inward),
             (brackets.right, brackets.off_right, -inward),
         ):
-            out = (side * (points - end[:, :-1]) < 0).any(axis=1)
+            beside = ROUNDINGS * np.spacing(np.abs(end[:, :-1]))  # where pieces are as narrow
+            out = (side * (points - end[:, :-1]) < -beside).any(axis=1)
             beyond |= out & (np.abs(off) > touch)
         return beyond
 
     def _guess(self, brackets: Brackets) -> Floats:
         """Go once back around the orbit: that divides the middle's error by the multiplier."""
-        word = brackets.word
         bottom = np.minimum(brackets.left, brackets.right)
         top = np.maximum(brackets.left, brackets.right)
         low = np.maximum(bottom[:, 0], bottom[:, -1])
         high = np.minimum(top[:, 0], top[:, -1])
-        x = np.clip(0.5 * (low + high), bottom[:, -1], top[:, -1])
+        return self._back(brackets, 0.5 * (low + high), self.laps.near_inverse)
+
+    def _back(
+        self, brackets: Brackets, x: Floats, inverse: Callable[[Indices, Floats], Floats]
+    ) -> Floats:
+        """Go back around orbits from their first points, within brackets."""
+        word = brackets.word
+        bottom = np.minimum(brackets.left, brackets.right)
+        top = np.maximum(brackets.left, brackets.right)
+        x = np.clip(x, bottom[:, -1], top[:, -1])
         points = np.empty(word.shape)
         for k in range(word.shape[1] - 1, -1, -1):
-            x = np.clip(self.laps.near_inverse(word[:, k], x), bottom[:, k], top[:, k])
+            x = np.clip(inverse(word[:, k], x), bottom[:, k], top[:, k])
             points[:, k] = x
         return points
 
