@@ -320,16 +320,29 @@ def test_values_that_scatter_make_no_break():
     assert not branch_table(f).breakpoints
 
 
-@pytest.mark.parametrize("place", np.linspace(0.008, 0.009, 8))
-def test_what_rounding_of_sums_makes_of_a_steep_function_near_0_is_no_break(place):
-    """Adjacent floats there may differ by a step, or by nothing, for a hundred of them."""
+def rounded_and_steep(place, **options):
+    """Steep at a place near 0, where for a hundred floats sums are one, and then another."""
     width = 1.4e-8
-    f = PiecewiseMap(
+    return PiecewiseMap(
         lambda x: -0.03 * np.arctan((x + 1 - (1 + place)) / width),
         (-0.11, 0.11),
         derivative=lambda x: -0.03 / width / (1 + ((x - place) / width) ** 2),
+        **options,
     )
-    assert not branch_table(f).breakpoints
+
+
+@pytest.mark.parametrize("place", np.linspace(0.008, 0.009, 8))
+def test_what_rounding_of_sums_makes_of_a_steep_function_is_no_break(place):
+    assert not branch_table(rounded_and_steep(place)).breakpoints
+
+
+@pytest.mark.parametrize("off", np.linspace(0, 1e-8, 8))
+def test_nor_is_it_a_jump_where_the_label_changes(off):
+    place = 0.0082
+    f = rounded_and_steep(place, label=lambda x: np.where(x < place + off, 1, 2))
+    assert [b.kind for b in branch_table(f).breakpoints] == ["smooth"]
+    (border,) = branch_table(f).breakpoints
+    assert TrackedDiscontinuity.of(border).at(f).kind == "smooth"
 
 
 def test_limits_at_a_bracket_are_those_at_its_ends():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.branches.discontinuities import BEND, STEP
+from stickslip.analysis.branches.discontinuities import BEND, STEP, rounding_of_points
 from stickslip.analysis.branches.mesh import Mesh, Nodes, finest
 from stickslip.numerics.arrays import Columns
 from stickslip.results.result import ResultRow
@@ -193,7 +193,8 @@ def kind_of(mesh: Prober, left: Limits, right: Limits, width: Floats) -> list[Ki
     """Classify breaks by their limits from both sides, which are ``width`` apart."""
     with np.errstate(all="ignore"):
         steepness = np.abs(left.slope) + np.abs(right.slope)
-        slack = np.where(np.isfinite(steepness), steepness * width, 0.0)
+        apart = np.maximum(width, rounding_of_points(mesh.f))
+        slack = np.where(np.isfinite(steepness), steepness * apart, 0.0)
         edge = np.isnan(left.value) | np.isnan(right.value)
         jump = np.abs(left.value - right.value) > STEP * mesh.value_scale + slack
         bend = np.abs(left.slope - right.slope) > BEND * (mesh.slope_scale + steepness)

@@ -237,6 +237,11 @@ def are_apart(f: Map1D, lower: Floats | float, upper: Floats | float) -> Bools:
     return (np.nextafter(lower, upper) < upper) & (upper - lower > finest)
 
 
+def rounding_of_points(f: Map1D) -> float:
+    """How far points seem to be moved by sums with others, of the size of the whole domain."""
+    return FLAT * domain_size(getattr(f, "whole", f))
+
+
 @part
 @dataclass(frozen=True)
 class Unresolved:
@@ -446,8 +451,8 @@ class _Search:
         """How far values beside a cut scatter: where motions are sensitive, by more than ulp."""
         # Not closer: where rounding decides, values of both sides alternate for some floats. Nor
         # closer to each other: what is computed from points near 0 is rounded as from others.
-        found, whole = [], getattr(self.mesh.f, "whole", self.mesh.f)
-        aside = BLURRED * self.asked + np.arange(SCATTER + 1) * FLAT * domain_size(whole)
+        found = []
+        aside = BLURRED * self.asked + np.arange(SCATTER + 1) * rounding_of_points(self.mesh.f)
         for end, inward in ((left, -1), (right, 1)):
             x = end.x[:, None] + inward * aside
             values, _ = self.mesh.slopes(np.clip(x, *self.mesh.f.domain).ravel())
