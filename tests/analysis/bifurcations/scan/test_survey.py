@@ -9,6 +9,7 @@ from tests.analysis import known_maps as examples
 from tests.sizes import sizes, slow
 
 import stickslip as ss
+from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan import events
 from stickslip.analysis.bifurcations.scan import survey as scan
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
@@ -16,6 +17,7 @@ from stickslip.analysis.bifurcations.scan.between import Range, _Between
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node, SymbolClasses
 from stickslip.analysis.bifurcations.scan.survey import Survey
 from stickslip.analysis.bifurcations.scan.tracking import join
+from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 
 MU = (-0.3, 0.3)
 MAX_PERIOD = 4
@@ -355,3 +357,24 @@ def test_orbits_that_leave_the_window_are_no_events():
     (ending,) = [ending for span in survey.spans for ending in span.endings]
     assert ending.reason == "end of domain"
     assert ending.piece.values[-1] == pytest.approx(10 / 3, rel=1e-14)
+
+
+def test_an_orbit_that_comes_ever_closer_to_a_logarithm_meets_no_border():
+    """Where its last float has gone, at top = 1.38, no orbit ends."""
+
+    def at(top):
+        return 0.37 + 0.1 * top
+
+    def off(x, top):
+        return np.maximum(np.abs(x - at(top)), 1e-300)
+
+    f = ss.PiecewiseMap(
+        lambda x, top: np.where(x < at(top), top + 0.0156 * np.log(off(x, top)), x - 0.3),
+        (-0.3, 1.5),
+        parameters={"top": 1.38},
+        derivative=lambda x, top: np.where(x < at(top), -0.0156 / off(x, top), 1.0),
+    )
+    (jump,) = (b for b in ss.breakpoints(f) if b.kind == "jump")
+    collision = Collision(2, TrackedDiscontinuity.of(jump), -1)
+    suspect = events.Suspect(collision, 1.38, 1e-3)
+    assert events.located(suspect, Family(f, "top"), (1.2, 1.41)) is None

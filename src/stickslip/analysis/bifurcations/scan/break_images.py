@@ -251,7 +251,8 @@ class _Search:
         f = self.family.at(q)
         if not self._local:
             return self._by_table(q, f).get(name)
-        if (reading := self._reading(name, q, low, high)) is None:
+        reading = self._reading(name, q, low, high)
+        if reading is None or reading.scatter[name[2] > 0]:
             return None
         path = path_from(f, reading, name[2], self.max_period)
         off = tuple((np.array(path.points[1:]) - reading.x).tolist())

@@ -132,7 +132,13 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
         return None
     if not math.isfinite(found.error):
         return None  # the test function is zero all along: an orbit that stays on a corner
-    condition = found.reading.condition
+    condition, border = found.reading.condition, found.reading.critical
+    if (
+        isinstance(condition, Collision)
+        and border is not None
+        and border.scatter[condition.side > 0]
+    ):
+        return None  # beside a logarithm an orbit comes ever closer; where floats end it is lost
     if isinstance(condition, Fold | Crossing) and _repeats(
         family.at(found.value), np.array(condition.points)
     ):
