@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation_of
 from stickslip.analysis.bifurcations.border_collision.classification import (
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Family
     from stickslip.analysis.bifurcations.scan.tracking import Span
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
+
+TOWARDS: Final = (0.5, 0.75, 0.875)  # of the way from a flip to what is next: its orbit's places
 
 
 # ------------------------------------------------------------------ a bifurcation
@@ -63,8 +65,11 @@ def _parent_between(
     ways = [way for other in span.events if side * (way := other.value - flip.value) > 0]
     if not ways:
         return ()
-    orbit = solve_orbit(family.whole(flip.value + 0.5 * min(ways, key=abs)), flip.points)
-    return (orbit,) if orbit.quality == "located" else ()
+    # So close that a multiplier may be noise: of several orbits the one that attracts most.
+    values = (flip.value + share * min(ways, key=abs) for share in TOWARDS)
+    orbits = [solve_orbit(family.whole(q), flip.points) for q in values]
+    located = [orbit for orbit in orbits if orbit.quality == "located"]
+    return tuple(sorted(located, key=lambda orbit: abs(orbit.multiplier))[:1])
 
 
 def with_attractors(
