@@ -20,7 +20,7 @@ from stickslip.analysis.attractors.recurrence import (
     same_cycle,
 )
 from stickslip.analysis.exponents.blocking import LONGEST_CYCLE
-from stickslip.analysis.maps.protocol import SAME, domain_width, sample, values_and_slopes
+from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +98,7 @@ def _images(f: Map1D, critical: Floats) -> tuple[Indices, Floats]:
     step = APART * domain_width(f)
     sides = np.concatenate([critical - step, critical + step])
     owner = np.tile(np.arange(len(critical)), 2)
-    value = sample(f, sides).value
+    value = advance(f, sides, 1)[:, 1]
     same = np.abs(value[len(critical) :] - value[: len(critical)]) <= 1e3 * step
     keep = np.isfinite(value) & ~np.concatenate([np.zeros(len(critical), dtype=bool), same])
     return owner[keep], value[keep]

@@ -14,7 +14,7 @@ R = TypeVar("R")
 # Asks for orbits from points (m,), of so many steps, and is sent them, (m, steps + 1).
 Asking: TypeAlias = Generator[tuple[Map1D, Floats, int], Floats, R]
 
-STRIDE: Final = 8  # steps that all take together at least, though some need fewer
+STRIDE: Final = 16  # steps that all take together at least, though some need fewer
 
 
 @dataclass

@@ -265,7 +265,7 @@ def enter(models: Models, pools: Pools, tags: Tags, clock: Clock, mark: Mark) ->
 def bring_numbers(models: Models, pools: Pools, pool: int, lane: int, model: int) -> None:
     """Put the numbers of a motion's model beside it."""
     pools.models[pool, lane] = model
-    for k in range(at.NUMBERS):
+    for k in range(at.NUMBERS if CHANGING else at.CHANGE):
         pools.numbers[pool, k * at.PLACES + lane] = models.numbers[model, pool, k]
     first = 1 if pool == 1 else 0
     for k in range(2):

@@ -53,7 +53,6 @@ if TYPE_CHECKING:
 
 
 NO_SLOPE = np.empty(0)
-NO_ROWS = np.empty(0, dtype=np.int64)
 # Scratch of each thread, most of a megabyte: whatever the model, one kernel uses it at a time.
 _LOCAL = threading.local()
 
@@ -326,7 +325,7 @@ class PoolBackend(BatchBackend):
     def __init__(self, scalar: ScalarBackend, numbers: Floats, series: LawSeries) -> None:
         super().__init__(scalar)
         self.series, self.numbers = series, numbers
-        self._models: dict[str | None, Models] = {}
+        self._models: dict[str | None, tuple[Floats, Floats, Floats]] = {}
         self.damped = bool(numbers[0, DAMP:DRIFT].any())
 
     def value(self, d: float) -> float:
@@ -380,11 +379,11 @@ class PoolBackend(BatchBackend):
         owners = others or (self,)
         if of is None:
             of = np.zeros(len(orbits), dtype=np.int64)
-        models = self._model(along)._replace(of=of)
+        laws, rows, numbers = self._model(along)
         if others:
-            parts = zip(*(each._model(along)[:-1] for each in others), strict=True)
+            parts = zip(*(each._model(along) for each in others), strict=True)
             laws, rows, numbers = map(np.concatenate, parts)
-            models = Models(laws, rows, numbers, of)
+        models = Models(laws, rows, numbers, of)
 
         def task(start: int, stop: int) -> None:
             driver.advance_orbits(
@@ -476,8 +475,8 @@ class PoolBackend(BatchBackend):
             **{name: getattr(tangents, name) for name in ("tangent_one", "tangent_both")},
         )
 
-    def _model(self, along: str | None) -> Models:
-        """Numbers of this model; `along`: what tangents go with."""
+    def _model(self, along: str | None) -> tuple[Floats, Floats, Floats]:
+        """Numbers of this model (`Models`); `along`: what tangents go with."""
         known = self._models
         if along not in known:
             model = self.scalar.model
@@ -488,13 +487,13 @@ class PoolBackend(BatchBackend):
             if along in model.numbers:
                 numbers = numbers + pair_changes(model.moved_plant(along))
             rows = self.series.rows(model.laws, changes)
-            known[along] = Models(self.scalar.engine.laws[None], rows[None], numbers[None], NO_ROWS)
+            known[along] = self.scalar.engine.laws[None], rows[None], numbers[None]
         return known[along]
 
     def pools(self, along: str | None) -> Pools:
         """Pools for this thread."""
         held: dict[tuple[int, int], Pools] = self._local.__dict__.setdefault("pools", {})
-        key = int(along is not None), self._model(along).rows.shape[2]
+        key = int(along is not None), self._model(along)[1].shape[2]
         if key not in held:
             held[key] = new_pools(*key, self._steps.SIZE)
         return held[key]
