@@ -160,14 +160,12 @@ def checked_interval(name: str, ends: Any) -> tuple[float, float]:
     return low, high
 
 
-def one_each(name: str, given: Any, n: int) -> list[Any]:
-    """Return a list with an entry for each of n coordinates, or say what is needed."""
+def one_each(name: str, given: Any, n: int, what: str = "") -> list[Any]:
+    """Return a list with an entry for each of n things, coordinates if nothing else is said."""
     if np.iterable(given) and len(listed := list(given)) == n:
         return listed
-    raise ValueError(
-        f"{name} = {shown(given)} must hold {n} entries, one for each coordinate of a point "
-        f"(dimension = {n})."
-    )
+    what = what or f"coordinate of a point (dimension = {n})"
+    raise ValueError(f"{name} = {shown(given)} must hold {n} entries, one for each {what}.")
 
 
 def grid(name: str, given: Any) -> Floats:

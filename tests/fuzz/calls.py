@@ -304,6 +304,12 @@ EVENT_MAP: Final = {
 }
 
 
+def of_several(make: Callable[[], Any]) -> dict[str, dict[str, Any]]:
+    """Calls of several event maps."""
+    call = {"maps": lambda: [make(), make()], "starts": [0.1, 0.2], "n": 2}
+    return dict.fromkeys(("follow_each", "iterate_each"), call)
+
+
 def at_point(d: Any) -> dict[str, dict[str, Any]]:
     """Calls of a return map at a point."""
     names = ("__call__", "derivative", "value_and_derivative", "evaluate", "itinerary", "state")
@@ -600,12 +606,17 @@ METHODS: Final[dict[str, tuple[Callable[[], Any], dict[str, dict[str, Any]]]]] =
     ),
     "EventMap": (
         event_map,
-        {**EVENT_MAP, "after_impulse": {"d": 0.1, "block": 1, "by": 0.01}},
+        {
+            **EVENT_MAP,
+            "after_impulse": {"d": 0.1, "block": 1, "by": 0.01},
+            **of_several(event_map),
+        },
     ),
     "QuasistaticMap": (
         quasistatic,
         {
             **EVENT_MAP,
+            **of_several(quasistatic),
             "replace": {"alpha": 1.1},
             "parameter_derivative": {"d": 0.1, "name": "alpha"},
             "slips": {"d": 0.1},

@@ -25,6 +25,7 @@ def test_several_maps_advance_as_each_does(family):
     xs = [np.array([np.nan, 0.5 * (lo + hi)]), np.array([hi + 1.0]), np.linspace(lo, hi, 5)]
     for f, x, orbits in zip(maps, xs, advance_each(maps, xs, 9), strict=True):
         np.testing.assert_array_equal(orbits, advance(f, x, 9))
+    assert np.isnan(advance_each(maps[:1], [np.array([np.nan])], 3)).all()
 
 
 def test_tasks_get_what_they_ask_for(monkeypatch):

@@ -541,7 +541,7 @@ def test_orbits_of_several_models_start_in_the_domain_of_each():
     assert start > maps[1].domain[1]
     with pytest.raises(ValueError, match=r"d\[0\] = 1\.\d+ is outside"):
         maps[0].iterate_each(maps, [[start], [start]], 3)
-    with pytest.raises(ValueError, match="starts has 1 entries for 2 maps"):
+    with pytest.raises(ValueError, match=r"starts = .* must hold 2 entries, one for each map"):
         maps[0].iterate_each(maps, [[start]], 3)
     with pytest.raises(ValueError, match="n = -1"):
         maps[0].iterate_each(maps, [0.1, 0.1], -1)

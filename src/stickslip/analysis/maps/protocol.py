@@ -312,9 +312,10 @@ def advance_each(maps: Sequence[Map1D], xs: Sequence[Floats], n: int) -> list[Fl
     orbits = [np.full((len(x), n + 1), np.nan) for x in xs]
     alive = [clip_to_domain(f.domain, x)[1] for f, x in zip(maps, xs, strict=True)]
     concerned = [k for k, rows in enumerate(alive) if rows.any()]
-    found = native([maps[k] for k in concerned], [xs[k][alive[k]] for k in concerned], n)
-    for k, some in zip(concerned, found, strict=True):
-        orbits[k][alive[k]] = some
+    if concerned:
+        found = native([maps[k] for k in concerned], [xs[k][alive[k]] for k in concerned], n)
+        for k, some in zip(concerned, found, strict=True):
+            orbits[k][alive[k]] = some
     return orbits
 
 

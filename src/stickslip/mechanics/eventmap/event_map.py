@@ -14,6 +14,8 @@ from stickslip.checks import (
     MOST_STEPS,
     Many,
     finite_number,
+    instance,
+    one_each,
     one_of,
     parameter_name,
     real_numbers,
@@ -311,66 +313,6 @@ class ModelMap:
         self._backend.iterate(orbits)
         return orbits.reshape(*points.shape[: points.ndim - len(cell)], n + 1, *cell)
 
-    @property
-    def kin(self) -> Hashable | None:
-        """What maps have in common that `iterate_each` takes side by side; None for others."""
-        return getattr(self._backend, "kin", None)
-
-    @staticmethod
-    def iterate_each(maps: Sequence[ModelMap], starts: Sequence[ArrayLike], n: int) -> list[Floats]:
-        """Iterate points of several maps, side by side where models differ in numbers only.
-
-        Parameters
-        ----------
-        maps : sequence of event maps
-            As many as there are ``starts``.
-        starts : sequence of array_like of float
-            For each map points as ``iterate`` takes them.
-        n : int
-            Number of applications, >= 0.
-
-        Returns
-        -------
-        list of ndarray of float
-            For each map what its ``iterate`` returns, to the last bit.
-
-        Raises
-        ------
-        ValueError
-            As ``iterate``; there are not as many ``starts`` as ``maps``.
-        """
-        return [orbits for orbits, _ in ModelMap.follow_each(maps, starts, n)]
-
-    @staticmethod
-    def follow_each(
-        maps: Sequence[ModelMap], starts: Sequence[ArrayLike], n: int
-    ) -> list[tuple[Floats, Ints | None]]:
-        """Return the orbits of `iterate_each`, and why they ended, or None where nobody knows."""
-        n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the maps")
-        if len(starts) != len(maps):
-            raise ValueError(
-                f"starts has {len(starts)} entries for {len(maps)} maps: one for each is needed."
-            )
-        families: dict[Hashable, list[int]] = {}
-        for k, f in enumerate(maps):
-            families.setdefault(k if f.kin is None else f.kin, []).append(k)
-        found: dict[int, tuple[Floats, Ints | None]] = {}
-        for members in families.values():
-            if maps[members[0]].kin is None:
-                found |= {k: (maps[k].iterate(starts[k], n), None) for k in members}
-                continue
-            points = [maps[k]._admit(starts[k]) for k in members]
-            sizes = [each.size for each in points]
-            orbits = np.empty((sum(sizes), n + 1))
-            orbits[:, 0] = np.concatenate([each.ravel() for each in points])
-            pools: list[Any] = [maps[k]._backend for k in members]
-            of = np.repeat(np.arange(len(pools)), sizes)
-            status = pools[0].iterate_beside(pools, orbits, of)
-            parts = (np.split(each, np.cumsum(sizes)[:-1]) for each in (orbits, status))
-            for k, each, own, why in zip(members, points, *parts, strict=True):
-                found[k] = own.reshape(*each.shape, n + 1), why.reshape(each.shape)
-        return [found[k] for k in range(len(maps))]
-
 
 def _shaped(values: Floats, shape: tuple[int, ...]) -> float | Floats:
     return values.item() if shape == () else values.reshape(shape)
@@ -510,6 +452,73 @@ class EventMap(GlobalStickMap, LineMap):
         from stickslip.mechanics.eventmap.mechanism import mechanism_between  # seldom asked
 
         return mechanism_between(self, left, right)
+
+    @property
+    def kin(self) -> Hashable | None:
+        """What maps have in common that `iterate_each` takes side by side; None for others."""
+        return getattr(self._backend, "kin", None)
+
+    @staticmethod
+    def iterate_each(maps: Sequence[EventMap], starts: Sequence[ArrayLike], n: int) -> list[Floats]:
+        """Iterate points of several maps, side by side where models differ in numbers only.
+
+        Parameters
+        ----------
+        maps : sequence of event maps
+            As many as there are ``starts``.
+        starts : sequence of array_like of float
+            For each map points as ``iterate`` takes them.
+        n : int
+            Number of applications, >= 0.
+
+        Returns
+        -------
+        list of ndarray of float
+            For each map what its ``iterate`` returns, to the last bit.
+
+        Raises
+        ------
+        ValueError
+            As ``iterate``; there is no map, or not as many ``starts`` as ``maps``.
+        """
+        return [orbits for orbits, _ in EventMap.follow_each(maps, starts, n)]
+
+    @staticmethod
+    def follow_each(
+        maps: Sequence[EventMap], starts: Sequence[ArrayLike], n: int
+    ) -> list[tuple[Floats, Ints | None]]:
+        """Return the orbits of `iterate_each`, and why they ended, or None where nobody knows."""
+        n = whole_number("n", n, 0, at_most=MOST_STEPS, what="applications of the maps")
+        what = "a list or tuple of event maps of two blocks"
+        if not instance("maps", maps, (list, tuple), what):
+            raise ValueError("maps is empty: give one event map or more.")
+        for k, f in enumerate(maps):
+            instance(f"maps[{k}]", f, EventMap, "an event map of two blocks")
+        points = []
+        for k, d in enumerate(one_each("starts", starts, len(maps), "map")):
+            try:
+                points.append(maps[k]._admit(d))
+            except ValueError as error:
+                raise ValueError(f"starts[{k}]: {error}") from None
+        families: dict[Hashable, list[int]] = {}
+        for k, f in enumerate(maps):
+            families.setdefault(k if f.kin is None else f.kin, []).append(k)
+        found: dict[int, tuple[Floats, Ints | None]] = {}
+        for members in families.values():
+            if maps[members[0]].kin is None:
+                found |= {k: (maps[k].iterate(points[k], n), None) for k in members}
+                continue
+            sizes = [points[k].size for k in members]
+            orbits = np.empty((sum(sizes), n + 1))
+            orbits[:, 0] = np.concatenate([points[k].ravel() for k in members])
+            pools: list[Any] = [maps[k]._backend for k in members]
+            of = np.repeat(np.arange(len(pools)), sizes)
+            status = pools[0].iterate_beside(pools, orbits, of)
+            parts = (np.split(each, np.cumsum(sizes)[:-1]) for each in (orbits, status))
+            for k, own, why in zip(members, *parts, strict=True):
+                shape = points[k].shape
+                found[k] = own.reshape(*shape, n + 1), why.reshape(shape)
+        return [found[k] for k in range(len(maps))]
 
 
 class BlocksEventMap(GlobalStickMap):
