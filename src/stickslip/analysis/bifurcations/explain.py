@@ -65,11 +65,12 @@ def _parent_between(
     ways = [way for other in span.events if side * (way := other.value - flip.value) > 0]
     if not ways:
         return ()
-    # So close that a multiplier may be noise: of several orbits the one that attracts most.
+    # So close that a multiplier may be noise: the first orbit that attracts, or does most nearly.
     values = (flip.value + share * min(ways, key=abs) for share in TOWARDS)
     orbits = [solve_orbit(family.whole(q), flip.points) for q in values]
     located = [orbit for orbit in orbits if orbit.quality == "located"]
-    return tuple(sorted(located, key=lambda orbit: abs(orbit.multiplier))[:1])
+    stable = [orbit for orbit in located if abs(orbit.multiplier) < 1.0]
+    return tuple([*stable, *sorted(located, key=lambda orbit: abs(orbit.multiplier))][:1])
 
 
 def with_attractors(

@@ -31,7 +31,7 @@ from stickslip.analysis.orbits.orbit import ON_CIRCLE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
-from stickslip.numerics.processes import PROCESSES, in_processes
+from stickslip.numerics.processes import in_processes
 from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
@@ -49,7 +49,7 @@ ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
-PARTIES: Final = 4  # for each core, of stretches whose orbits are followed side by side
+PARTIES: Final = 16  # of stretches whose orbits go side by side: steps of progress, and of cores
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 
 
@@ -196,7 +196,7 @@ def diagram_of(
         critical = _critical_points(values, breaks, anchors) if attractors else None
         near_lists = np.searchsorted(values, [node.q for node in anchors])
         chunks = list(_chunks(maps, values, critical, near_lists))
-        size = -(-len(chunks) // (PARTIES * PROCESSES.count))  # of which nothing depends
+        size = max(1, len(chunks) // PARTIES)
         parties = [chunks[k : k + size] for k in range(0, len(chunks), size)]
         task = partial_of(_on_line, sampled, iterates)
         several = in_processes(task, parties, work.part(0.5, 1.0).tell)
