@@ -173,11 +173,9 @@ class ModelSystem(LineSystem):
 
     def _by_maps(self, model: TwoBlock) -> bool:
         """Whether orbits of a model are followed by its map: damped, or quicker side by side."""
-        on_cpu = self.device == "cpu"
-        return model.damping > 0.0 or (on_cpu and self._map_of(model).kin is not None)
-
-    def _map_of(self, model: TwoBlock) -> EventMap:
-        return EventMap(model, **self.f.settings)
+        if model.damping > 0.0:
+            return True
+        return self.device == "cpu" and EventMap(model, **self.f.settings).kin is not None
 
     def _column(self, columns: Columns, name: str, size: int) -> Floats:
         if name in columns:

@@ -66,11 +66,14 @@ def _parent_between(
     if not ways:
         return ()
     # So close that a multiplier may be noise: the first orbit that attracts, or does most nearly.
-    values = (flip.value + share * min(ways, key=abs) for share in TOWARDS)
-    orbits = [solve_orbit(family.whole(q), flip.points) for q in values]
-    located = [orbit for orbit in orbits if orbit.quality == "located"]
-    stable = [orbit for orbit in located if abs(orbit.multiplier) < 1.0]
-    return tuple([*stable, *sorted(located, key=lambda orbit: abs(orbit.multiplier))][:1])
+    way, located = min(ways, key=abs), []
+    for share in TOWARDS:
+        orbit = solve_orbit(family.whole(flip.value + share * way), flip.points)
+        if orbit.quality == "located":
+            located.append(orbit)
+            if abs(orbit.multiplier) < 1.0:
+                return (orbit,)
+    return tuple(sorted(located, key=lambda orbit: abs(orbit.multiplier))[:1])
 
 
 def with_attractors(

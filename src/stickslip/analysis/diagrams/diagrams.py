@@ -49,7 +49,7 @@ ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
 AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
-PARTIES: Final = 16  # of stretches whose orbits go side by side: steps of progress, and of cores
+PARTIES: Final = 16  # of stretches that go side by side: fewer would leave cores without one
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 
 

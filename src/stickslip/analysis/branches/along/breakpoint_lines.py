@@ -67,18 +67,17 @@ def follow_breakpoints(
     lines: list[tuple[str, Floats]] = []
     between: list[_Stretch] = []
     places: list[Indices] = []
-    for before, after in pairwise(anchors):
-        inside = np.flatnonzero((values >= before[0]) & (values <= after[0]))
+    breaks = [_breaks_at(*anchor) for anchor in anchors]
+    for (here, there), (_, after) in zip(pairwise(breaks), anchors[1:], strict=True):
+        inside = np.flatnonzero((values >= here.value) & (values <= there.value))
         own = [maps[k] for k in inside.tolist()]
-        ends = _breaks_at(*before), _breaks_at(*after)
-        between.append(_Stretch(own, values[inside], *ends, MET * domain_width(after[1].f)))
+        between.append(_Stretch(own, values[inside], here, there, MET * domain_width(after.f)))
         places.append(inside)
-    owners = _new_lines(lines, _breaks_at(*anchors[0]), len(values))
+    owners = _new_lines(lines, breaks[0], len(values))
     ways = in_processes(_followed, between)
-    for stretch, inside, (reached, old, back) in zip(between, places, ways, strict=True):
+    for stretch, inside, (reached, old, fresh, back) in zip(between, places, ways, strict=True):
         for line, column in zip(owners, reached.T, strict=True):
             _enter(lines[line][1], inside, column)
-        fresh = stretch.there.take([k for k, row in enumerate(old) if row is None])
         new = _new_lines(lines, fresh, len(values))
         for k, column in enumerate(back.T):
             kind = str(fresh.kind[k])
@@ -100,15 +99,15 @@ class _Stretch:
     reach: float  # how far a breakpoint may arrive from one there that it is
 
 
-def _followed(stretch: _Stretch) -> tuple[Floats, list[int | None], Floats]:
-    """Places of the breakpoints here, who of them arrives there, places of the others there."""
+def _followed(stretch: _Stretch) -> tuple[Floats, list[int | None], _Breaks, Floats]:
+    """Places of the breakpoints here, who of them arrives there, the others there, their places."""
     maps, values, here, there = stretch.maps, stretch.values, stretch.here, stretch.there
     order = np.arange(len(values))
     reached, end = _march(maps, values, order, here, there)
     old = _matched(here, end, there, stretch.reach)
     fresh = there.take([k for k, row in enumerate(old) if row is None])
     back, _ = _march(maps, values, order[::-1], fresh, here)
-    return reached, old, back[::-1]
+    return reached, old, fresh, back[::-1]
 
 
 def _breaks_at(value: float, table: BranchTable) -> _Breaks:
