@@ -7,7 +7,6 @@ at once; what all of them cover together stops growing soon.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,6 +17,8 @@ from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values
 from stickslip.numerics.arrays import interval_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from stickslip.analysis.branches.laps import Laps
@@ -133,16 +134,17 @@ def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:
 def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -> Bands:
     """Map intervals until they are what they were before: the union of what came since."""
     past: list[Floats] = []
-    sizes, totals = np.zeros((2, steps))  # two numbers tell most sets apart at little cost
-    for n in range(steps):
-        past.append(current)
-        sizes[n], totals[n] = len(current), current.sum()
-        current, lost = image(f, laps, current, slack)
+    sizes, totals = np.zeros((2, steps + AHEAD))  # tell most sets apart at little cost
+    while len(past) < steps:
+        for each in _in_laps(f, laps, current):
+            sizes[len(past)], totals[len(past)] = len(each), each.sum()
+            past.append(each)
+        current, lost = image(f, laps, past[-1], slack)
         if reason := _fault(current, lost):
             return Bands(current, 0, np.inf, (), reason)
         alike = sizes == len(current)
         alike &= np.abs(totals - current.sum()) <= slack * current.size
-        alike[: max(n + 1 - MAX_PERIOD, 0)] = False
+        alike[: max(len(past) - MAX_PERIOD, 0)] = False
         for k in np.flatnonzero(alike)[::-1]:
             if np.all(np.abs(past[k] - current) <= slack):
                 parts = np.concatenate(past[k:])
@@ -151,6 +153,24 @@ def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -
                 intervals, sources = _explain(f, laps, union, parts.size)
                 return _described(f, laps, intervals, sources, len(past) - int(k), slack)
     return Bands(current, 0, np.inf, (), GROWING)
+
+
+def _in_laps(f: Map1D, laps: Laps, intervals: Floats) -> Iterator[Floats]:
+    """Yield intervals; of a single one its images, too, up to the first not inside of a lap."""
+    yield intervals
+    if len(intervals) > 1 or not _lie_in_laps(laps, *intervals.T)[0]:
+        return
+    ends = np.sort(advance(f, intervals[0], AHEAD), axis=0)
+    moves = _lie_in_laps(laps, *ends)[:-1] & np.isfinite(ends[1, 1:])
+    n = int(np.argmin(np.append(moves, False)))
+    yield from ends.T[1 : n + 1, None]
+
+
+def _lie_in_laps(laps: Laps, low: Floats, high: Floats) -> Bools:
+    """Tell of which intervals the ends alone tell the image."""
+    lap = np.minimum(np.searchsorted(laps.right, low), len(laps) - 1)
+    inside: Bools = (laps.left[lap] < low) & (high < laps.right[lap])
+    return inside
 
 
 def _covered(f: Map1D, laps: Laps, intervals: Floats, slack: float) -> tuple[Floats, str]:
@@ -174,11 +194,10 @@ def _ahead(
     # Inside of laps the ends of an interval tell its images, many at once.
     ends = advance(f, fresh.ravel(), AHEAD).reshape(-1, 2, AHEAD + 1)
     low, high = ends.min(axis=1), ends.max(axis=1)
-    lap = np.minimum(np.searchsorted(laps.right, low), len(laps) - 1)
     part = np.clip(np.searchsorted(union[:, 0] - slack, low, side="right") - 1, 0, None)
     known = (union[part, 0] - slack <= low) & (high <= union[part, 1] + slack)
     known[:, 0] = False
-    moves = (laps.left[lap] < low) & (high < laps.right[lap]) & ~known
+    moves = _lie_in_laps(laps, low, high) & ~known
     moves[:, :-1] &= np.isfinite(low[:, 1:])  # a hole that no lap shows is found by `image`
     n = np.logical_and.accumulate(moves[:, :-1], axis=1).sum(axis=1)
     passed = np.arange(AHEAD + 1) <= n[:, None]
@@ -202,26 +221,20 @@ def _outside(known: Floats, intervals: Floats, slack: float) -> Floats:
 
 def _turns(f: Map1D, laps: Laps, bands: Floats, slack: float) -> tuple[int, int]:
     """Return the greatest common divisor of all ways from a band back to itself, and the least."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import shortest_path  # slow to load, and seldom asked
+
     which, images, _ = _images(f, laps, bands, slack)
     low, high = common(images, *bands.T)
     part, onto = (high - low > slack).nonzero()
-    after = np.zeros((len(bands),) * 2, dtype=np.float32)  # 1 from a band to those it meets
-    after[which[part], onto] = 1
-    steps, waiting, divisor = {0: 0}, [0], 0
-    for k in waiting:
-        for j in after[k].nonzero()[0].tolist():
-            if j not in steps:
-                steps[j] = steps[k] + 1
-                waiting.append(j)
-            divisor = math.gcd(divisor, steps[k] + 1 - steps[j])
-    if not divisor:
+    start = which[part]
+    meets = csr_array((np.ones(len(onto)), (start, onto)), shape=(len(bands),) * 2)
+    steps = shortest_path(meets, "D", unweighted=True)
+    start, onto = (end[np.isfinite(steps[0, start])] for end in (start, onto))
+    least = float((steps[onto, start] + 1).min(initial=np.inf))
+    if least == np.inf:
         return 0, 0
-    # All ways back visit bands in turn: one of each turn's is enough to begin with.
-    start = [k for k in waiting if steps[k] % divisor == 0]
-    ways, n = after[start], 1
-    while not ways[range(len(start)), start].any():
-        ways, n = np.minimum(ways @ after, 1), n + 1
-    return divisor, n
+    return int(np.gcd.reduce((steps[0, start] + 1 - steps[0, onto]).astype(int))), int(least)
 
 
 def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
