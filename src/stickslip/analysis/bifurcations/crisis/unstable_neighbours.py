@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 SAMPLES: Final = 128  # points on either half of a gap, closer and closer towards its ends
 NEAREST: Final = 1e-7  # of the gap: the first point's distance from an end
-HALVINGS: Final = 12
+CUTS: Final = 2  # of a bracket of an orbit ...
+PARTS: Final = 64  # ... into so many: many points take hardly longer than one
 STEPS_OUT: Final = 32  # from an edge to the other end of its gap
 ON_BORDER: Final = 1e-6  # of the domain's width: points this close belong to one orbit there
 AT_ONCE: Final = 8  # edges beyond which the border of a basin is looked for together
@@ -203,7 +204,7 @@ def _places(
 
 def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float, ...] | None:
     """Solve for the orbit on the interpolated map; None if it is stable or elsewhere."""
-    guess = fast.iterate(_halved(fast, *place.bracket, place.period), place.period - 1)
+    guess = fast.iterate(_narrowed(fast, *place.bracket, place.period), place.period - 1)
     cycle = confirmed(fast, guess) if np.all(np.isfinite(guess)) else None
     if cycle is None or cycle.stable:
         return None
@@ -212,11 +213,11 @@ def _polished(fast: InterpolatedMap, place: _Place, same: float) -> tuple[float,
     return tuple(points) if lo - same <= points[0] <= hi + same else None
 
 
-def _halved(fast: InterpolatedMap, a: float, b: float, period: int) -> float:
-    """Halve a bracket of a zero of f^p(x) - x until Newton's method can take over."""
-
-    def falls(x: float) -> bool:
-        return float(fast.iterate(x, period)[-1]) < x
-
-    below = falls(a)
-    return 0.5 * sum(halved(lambda x: falls(x) == below, a, b, HALVINGS))
+def _narrowed(fast: InterpolatedMap, a: float, b: float, period: int) -> float:
+    """Cut a bracket of a zero of f^p(x) - x until Newton's method can take over."""
+    for _ in range(CUTS):
+        x = np.linspace(a, b, PARTS + 1)
+        falls = fast.iterate(x, period)[:, -1] < x
+        last = int(np.argmin(np.append(falls[:-1] == falls[0], False)))
+        a, b = x[last - 1 : last + 1].tolist()
+    return 0.5 * (a + b)
