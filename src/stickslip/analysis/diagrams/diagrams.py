@@ -177,13 +177,14 @@ def diagram_of(
     if isinstance(survey, OrbitSurvey):
         sampled = sampled_orbits(survey.curves)
     else:
-        spans = enumerate(survey.spans)
-        concerned = {k: concerned_orbits(span)[0] for k, span in spans if span.events}
-        sampled = sampled_orbits(orbit_curves(survey, concerned))
         # All values at which the survey has a complete list.
         nodes = {node.q: node for span in survey.spans for node in (span.left, span.right)}
         anchors = [nodes[q] for q in sorted(nodes)]
+        # First what processes do: a list of the same survey may be joining its curves here.
         breaks = follow_breakpoints(maps, values, [(node.q, node.table) for node in anchors])
+        spans = enumerate(survey.spans)
+        concerned = {k: concerned_orbits(span)[0] for k, span in spans if span.events}
+        sampled = sampled_orbits(orbit_curves(survey, concerned))
     work.tell(0.5)
     if isinstance(survey, OrbitSurvey):
         parts: list[Any] = fill(maps, values, sampled)

@@ -16,7 +16,7 @@ from stickslip.analysis.diagrams.diagram import Diagram
 from stickslip.analysis.diagrams.diagrams import diagram_of
 from stickslip.analysis.maps.arguments import line_family
 from stickslip.analysis.maps.derived import windowed
-from stickslip.analysis.maps.protocol import MapFamily
+from stickslip.analysis.maps.protocol import MapFamily, advance_each, domain_width
 from stickslip.analysis.orbits.periodic import jump_orbits
 from stickslip.analysis.work import Work
 from stickslip.app import requests
@@ -90,8 +90,9 @@ def _dots(f: MapFamily, request: requests.Diagram, low: float, high: float) -> I
         some = values[k::BLOCKS]
         if some.size == 0:
             return
+        checkpoint()
         maps = [f.replace(**{request.parameter: value}) for value in some]
-        dots = [_settled(windowed(g, request.window)) for g in maps]
+        dots = _settled([windowed(g, request.window) for g in maps])
         arrays = {
             "value": np.repeat(some, [len(points) for points in dots]),
             "d": np.concatenate(dots),
@@ -99,13 +100,12 @@ def _dots(f: MapFamily, request: requests.Diagram, low: float, high: float) -> I
         yield Part("dots", arrays, progress=0.2 * (k + 1) / BLOCKS)
 
 
-def _settled(f: Any) -> Floats:
-    """Points that a few orbits visit after a while, orbits that leave the domain aside."""
-    checkpoint()
-    low, high = f.domain
-    seeds = low + (high - low) * (np.arange(SEEDS) + 0.5) / SEEDS
-    points = f.iterate(seeds, SETTLING + KEPT)[:, SETTLING:].ravel()
-    return np.unique(points[np.isfinite(points)].round(12))
+def _settled(maps: list[Any]) -> list[Floats]:
+    """Points that a few orbits of each map visit after a while, those that leave aside."""
+    share = (np.arange(SEEDS) + 0.5) / SEEDS
+    starts = [f.domain[0] + domain_width(f) * share for f in maps]
+    orbits = advance_each(maps, starts, SETTLING + KEPT)
+    return [np.unique(o[:, SETTLING:][np.isfinite(o[:, SETTLING:])].round(12)) for o in orbits]
 
 
 # --- what is exact ----------------------------------------------------------------------------
