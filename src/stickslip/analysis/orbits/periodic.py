@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.laps import Laps
 
+CLEARLY: Final = 8.0  # residuals: images so far apart are of different points
 HOLE: Final = "an orbit would pass a gap that the search for branches did not see, in"
 
 
@@ -233,8 +234,9 @@ class _Search:
         minimal = ~found.repeats(slack)
         brackets, found, slack = brackets.take(minimal), found.take(minimal), slack[minimal]
         close = np.minimum(slack, SAME * self.scale)
+        clear = self._clear_of_roots(brackets, found)
         for k in self._distinct(found):
-            if not self._is_on_border(brackets.word[k], found.points[k], close[k]):
+            if not self._is_on_border(brackets.word[k], found.points[k], close[k], clear[k]):
                 self.orbits.append(self._orbit(brackets, found, k))
 
     def _solved(self, brackets: Brackets) -> tuple[Brackets, Polished]:
@@ -261,7 +263,24 @@ class _Search:
         return brackets, found
 
     def _failed(self, brackets: Brackets, found: Polished) -> Indices:
-        return np.flatnonzero(~found.converged | self._are_beyond(brackets, found.points))
+        failed = ~found.converged | self._are_beyond(brackets, found.points)
+        return np.flatnonzero(failed | ~self._clear_of_roots(brackets, found).all(axis=1))
+
+    def _clear_of_roots(self, brackets: Brackets, found: Polished) -> Bools:
+        """Tell which points are no root-like ends of laps that they are close to, (n, p).
+
+        Beside a square root images tell points apart that differ by less than rounding.
+        """
+        laps, word, clear = self.laps, brackets.word, np.ones(found.points.shape, dtype=np.bool_)
+        images = np.roll(found.points, -1, axis=1)
+        for end, value, slope in (
+            (laps.left, laps.value_left, laps.slope_left),
+            (laps.right, laps.value_right, laps.slope_right),
+        ):
+            close = np.abs(found.points - end[word]) <= SAME * self.scale
+            told = np.abs(images - value[word]) > CLEARLY * found.off
+            clear &= told | ~(close & np.isinf(slope[word]))
+        return clear
 
     def _are_beyond(self, brackets: Brackets, points: Floats) -> Bools:
         """Tell which points lie beyond an end that is clearly off the orbit inside.
@@ -349,12 +368,15 @@ class _Search:
 
     # ------------------------------------------------------------------ as results
 
-    def _is_on_border(self, word: Indices, points: Floats, close: Floats) -> bool:
+    def _is_on_border(self, word: Indices, points: Floats, close: Floats, clear: Bools) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
-        period, rows = len(points), zip(word, points.tolist(), close.tolist(), strict=True)
-        for lap, x, slack in rows:
-            for number in (self.laps.end_left[lap], self.laps.end_right[lap]):
-                if not self.table.matters(number):
+        period, laps = len(points), self.laps
+        for lap, x, slack, off_root in zip(word, points.tolist(), close.tolist(), clear, strict=True):
+            for number, slope in (
+                (laps.end_left[lap], laps.slope_left[lap]),
+                (laps.end_right[lap], laps.slope_right[lap]),
+            ):
+                if not self.table.matters(number) or (off_root and np.isinf(slope)):
                     continue
                 item = self.table.breakpoints[number]
                 lo, hi = item.interval
