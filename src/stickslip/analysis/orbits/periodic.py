@@ -371,7 +371,8 @@ class _Search:
     def _is_on_border(self, word: Indices, points: Floats, close: Floats, clear: Bools) -> bool:
         """Report orbits that touch a break; tell if it is one that no orbit survives."""
         period, laps = len(points), self.laps
-        for lap, x, slack, off_root in zip(word, points.tolist(), close.tolist(), clear, strict=True):
+        rows = zip(word, points.tolist(), close.tolist(), clear.tolist(), strict=True)
+        for lap, x, slack, off_root in rows:
             for number, slope in (
                 (laps.end_left[lap], laps.slope_left[lap]),
                 (laps.end_right[lap], laps.slope_right[lap]),
