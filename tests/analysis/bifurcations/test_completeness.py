@@ -627,6 +627,17 @@ def test_chaos_counts_unless_longer_cycles_or_what_is_undecided_stand_for_it(bef
         assert bool(unresolved) is told
 
 
+def test_a_look_where_a_cycle_repels_too_slowly_to_be_left_tells_nothing():
+    cycle = SimpleNamespace(
+        kind="undecided", period=2, orbit=SimpleNamespace(multiplier=-1.00001), lowest_period=2
+    )
+    looks = [look(0.0, ("chaotic", 1)), Look(1.0, [cycle]), look(2.0, ("periodic", 2))]
+    assert accounted(looks, [1.5], max_period=3)[0] == []
+    assert len(accounted(looks, [], max_period=3)[0]) == 1
+    cycle.orbit.multiplier = -0.99999
+    assert len(accounted(looks, [1.5], max_period=3)[0]) == 1
+
+
 def test_chaos_that_holds_no_cycle_asked_for_is_set_apart_however_few_its_sets_of_bands():
     # Bands that maps cut out of a window of long cycles: ways back take 28 maps, or 30, or more.
     in_pairs = look(0.0, ("chaotic", 2, 28))

@@ -44,20 +44,29 @@ def _sorts_of(look: Look, max_period: int) -> Counter[Sort]:
     # Beside its stability limit a cycle is too slow to be seen to attract, but it is listed.
     sorts: Counter[Sort] = Counter()
     for attractor in look.attractors:
-        slow = attractor.kind == "undecided" and attractor.orbit is not None
-        if not slow:
+        if _is_slow(attractor):
+            sorts["periodic", attractor.period] += 1
+        else:
             asked = may_be_asked(attractor.lowest_period, max_period)
             sorts[attractor.kind, attractor.period if asked else attractor.lowest_period] += 1
-        elif abs(attractor.orbit.multiplier) < 1.0:
-            sorts["periodic", attractor.period] += 1
     return sorts
+
+
+def _is_slow(attractor: Any) -> bool:
+    return attractor.kind == "undecided" and attractor.orbit is not None
 
 
 def _seen(
     looks: Iterable[LookT], values: list[float], max_period: int
 ) -> list[tuple[LookT, Counter[Sort]]]:
     """Sort looks, but for those in the very middle of an event, which show neither side of it."""
-    apart = (look for look in looks if not in_the_middle(look.value, values))
+
+    def shows(look: Look) -> bool:
+        # Where a cycle repels too slowly to be left, what attracts is not seen.
+        repels = any(_is_slow(a) and abs(a.orbit.multiplier) >= 1.0 for a in look.attractors)
+        return not (repels or in_the_middle(look.value, values))
+
+    apart = filter(shows, looks)
     return [(look, _sorts_of(look, max_period)) for look in sorted(apart, key=lambda x: x.value)]
 
 
