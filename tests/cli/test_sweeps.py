@@ -84,10 +84,12 @@ def test_values_that_are_refused_together_are_told(plan, capsys):
     own = PLAN.replace('"coulomb", mu = 0.22', '"a + b * exp(-s)", a = 0.1, b = 0.5')
     axes = own.index("[axes]")
     plan.write_text(f"{own[:axes]}[axes]\na = [0.1, 0.6]\nb = [0.2, 0.5]\n")
-    code, _, err = ended(capsys, "sweep", plan)
-    assert code == 0
-    assert "stickslip: without values: 1 of 4 grid points, parameters of which" in err
-    assert "a = 0.6, b = 0.5: F(0) = 1.1" in err
+    drawn = ("plot", plan.parent / "map.zarr", "--out", plan.parent / "map.png")
+    for command in (("sweep", plan), ("sweep", plan, "--status"), drawn):
+        code, _, err = ended(capsys, *command)
+        assert code == 0
+        assert "stickslip: without values: 1 of 4 grid points, parameters of which" in err
+        assert "a = 0.6, b = 0.5: F(0) = 1.1" in err
 
 
 def test_a_store_that_exists_is_gone_on_with_only_if_asked(plan, capsys):

@@ -321,17 +321,20 @@ def test_a_tile_that_fails_keeps_no_other_from_being_stored(tmp_path):
     assert np.isfinite(found.fails_somewhere[:8]).all()
 
 
-def test_grid_points_that_the_model_refuses_have_no_values_and_are_told(tmp_path):
+@pytest.mark.parametrize("name", ["x", "x.zip"])
+def test_grid_points_that_the_model_refuses_have_no_values_and_are_told(tmp_path, name):
     """F(0) = a + b is at most 1: two of the corners are beyond, and so is the model's own b."""
     law = ss.friction_law("a + b * exp(-s)", parameters={"a": 0.3, "b": 0.6})
     model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.0366, friction=law)
     wanted = [*small.observables(), small.half]
     axes = {"a": [0.1, 0.4, 0.6], "b": [0.2, 0.5, 0.7]}
-    found = ss.sweep(model, axes, wanted, store=tmp_path / "x", d=0.2, threads=1)
+    chunks = {"a": 2, "b": 2}
+    found = ss.sweep(model, axes, wanted, store=tmp_path / name, d=0.2, threads=1, chunks=chunks)
     assert found.kind.values[1:, 2].tolist() == [-128, -128] == found.kind.values[2, 1:].tolist()
     assert np.isnan(found.lyapunov_exponent.values).sum() == 3 == np.isnan(found.half.values).sum()
     assert found.attrs["refused"].startswith("without values: 3 of 9 grid points, ")
     assert "a = 0.4, b = 0.7: F(0) = 1.1 of the friction law" in found.attrs["refused"]
+    assert ss.open_sweep(tmp_path / name).attrs["refused"] == found.attrs["refused"]
     alone = ss.sweep(
         model, {"a": [0.6], "b": [0.2]}, wanted, store=tmp_path / "y", d=0.2, threads=1
     )

@@ -71,9 +71,9 @@ def sweep(
             done = f"{known['done']} of {known['chunks']} chunks done"
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
         known = _run_plan(read, where, threads, scheduler, device)
-        if refused := known.pop("refused", None):
-            note(refused, quiet=output.quiet)
     facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
+    if refused := facts.get("refused"):
+        note(refused, quiet=output.quiet)
     text = where
     if status and known is None:
         text += ": not begun"
@@ -180,7 +180,10 @@ def plot(
 
     checked_suffix(out, PICTURE_SUFFIXES, "--out")
     curves = tuple(map(load, curve))
-    dataset = _cut(open_sweep(store), at)
+    opened = open_sweep(store)
+    if refused := opened.attrs.get("refused"):
+        note(refused, quiet=output.quiet)
+    dataset = _cut(opened, at)
     with new_files([out], force=force) as (temporary,):
         draw_pictures(lambda ax: sweep_map.sweep(dataset, variable, ax, curves=curves), [temporary])
     output.tell("plot", {"store": store}, {"file": [str(out)]}, f"{out}\n")

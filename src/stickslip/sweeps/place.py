@@ -17,7 +17,7 @@ import time
 import uuid
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from os import PathLike
@@ -80,14 +80,14 @@ class Place:
             with whole_file(Path(path)) as temporary:
                 temporary.write_bytes(content)
 
-    def files(self, folder: str) -> Iterable[str]:
-        """List the paths of the objects below a folder of it."""
+    def names(self, folder: str) -> list[str]:
+        """List the objects below a folder of it."""
         if self.packed:
             with self._opened() as archive:
                 return [name for name in archive.namelist() if name.startswith(f"{folder}/")]
         self.fs.invalidate_cache()
-        found: list[str] = self.fs.find(self.of(folder))
-        return found
+        paths = self.fs.find(self.of(folder))
+        return [f"{folder}/{path.rpartition(f'/{folder}/')[2]}" for path in paths]
 
     def _opened(self) -> zipfile.ZipFile:
         assert self.archive is not None

@@ -1,6 +1,6 @@
 """A sweep on disk: zarr arrays, one chunk a tile, and a mark for each tile that is done.
 
-All files but chunks and marks are a function of the description, checked and made again. A mark,
+All files but those of tiles are a function of the description, checked and made again. A mark,
 written last, is a checksum of the tile; on resuming each marked tile is compared with its mark.
 """
 
@@ -36,6 +36,9 @@ SEAL: Final = "checksum"  # in it: of all else in that file
 METADATA: Final = "zarr.json"
 MARKS: Final = "checksum"
 INDEX: Final = f"{MARKS}/{METADATA}"
+NOTES: Final = (
+    f"{MARKS}/refused"  # of tiles: <place>/<grid points that were refused>, why the first
+)
 COPIES: Final = (INDEX, METADATA)  # which say what the sweep is; the first and the last written
 READ_AHEAD: Final = 1024
 READERS: Final = 8  # threads that check marked tiles: they wait for disk or network
@@ -67,8 +70,13 @@ class Store:
         for output in self.outputs:
             with room_for(self._file(tile, output)):
                 self.arrays[output.name][tile.region] = computed.arrays[output.name]
+        notes = {}
+        if computed.refused:
+            name = f"{_notes_of(tile)}/{len(computed.refused)}"
+            notes[name] = computed.refused[0].encode()
+            self.place.write(name, notes[name])
         with room_for(self._file(tile)):
-            self.arrays[MARKS][tile.index] = self._mark(tile, computed.arrays)
+            self.arrays[MARKS][tile.index] = self._mark(tile, computed.arrays, notes)
 
     def done(self, tiles: Iterable[Tile]) -> NDArray[np.bool_]:
         """Tell which tiles are marked and whole; remove the remains of all others."""
@@ -89,20 +97,25 @@ class Store:
             arrays = {each.name: self.arrays[each.name][tile.region] for each in self.outputs}
         except Exception:  # a codec's complaint of whatever kind: torn
             return np.uint64(0)
-        return self._mark(tile, arrays)
+        names = sorted(self.place.names(_notes_of(tile)))
+        return self._mark(tile, arrays, {name: self.place.read(name) or b"" for name in names})
 
-    def _mark(self, tile: Tile, arrays: Mapping[str, Any]) -> np.uint64:
-        """Return a checksum of a tile's values and place and of the description, never 0."""
+    def _mark(self, tile: Tile, arrays: Mapping[str, Any], notes: Mapping[str, bytes]) -> np.uint64:
+        """Return a checksum of a tile's values, notes and place and of the description, never 0."""
         content = hashlib.blake2b(repr((self.key, self.chunks, tile.index)).encode(), digest_size=8)
         for output in self.outputs:
             array = np.ascontiguousarray(arrays[output.name])
             content.update(output.name.encode())
             content.update(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
+        for name, note in notes.items():
+            content.update(name.encode() + note)
         return np.uint64(int.from_bytes(content.digest(), "little") | 1)
 
     def _forget(self, tile: Tile) -> None:
         for path in (self._file(tile), *(self._file(tile, output) for output in self.outputs)):
             self.place.remove(path)
+        for name in self.place.names(_notes_of(tile)):
+            self.place.remove(self.place.of(name))
 
     def _file(self, tile: Tile, output: Output | None = None) -> str:
         """Path of a chunk of a variable, or of the mark."""
@@ -128,13 +141,28 @@ def finished(place: Place, marks: NDArray[np.uint64], names: Iterable[str]) -> N
     done = marks != 0
     for name in names:
         present = np.zeros(marks.shape, dtype=bool)
-        for path in place.files(f"{name}/c"):
-            key = path.rpartition("/c/")[2].split("/")[: marks.ndim]
+        for path in place.names(f"{name}/c"):
+            key = path.removeprefix(f"{name}/c/").split("/")[: marks.ndim]
             if all(map(str.isdigit, key)):
                 with suppress(IndexError):  # of a tile that the grid does not have
                     present[tuple(map(int, key))] = True
         done &= present
     return done
+
+
+def _notes_of(tile: Tile) -> str:
+    return "/".join((NOTES, *map(str, tile.index)))
+
+
+def refusals(place: Place) -> tuple[int, str]:
+    """Tell how many grid points were refused and, in the order of the grid, why the first."""
+    notes = []
+    for name in place.names(NOTES):
+        key = name.removeprefix(f"{NOTES}/").split("/")
+        if all(map(str.isdigit, key)):
+            notes.append(([*map(int, key)], name))
+    first = place.read(min(notes)[1]) if notes else None
+    return sum(key[-1] for key, _ in notes), (first or b"").decode(errors="replace")
 
 
 def create_or_open(

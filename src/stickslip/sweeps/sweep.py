@@ -31,6 +31,7 @@ from stickslip.sweeps.store import (
     examined,
     finished,
     read_marks,
+    refusals,
 )
 from stickslip.sweeps.systems import as_system
 from stickslip.vocabulary import suggests
@@ -151,7 +152,7 @@ def sweep(
         As `open_sweep`: one variable for each that the observables record, with the axes as its
         dimensions. Nothing is read until it is asked for. Grid points whose parameters the system
         does not allow together are stored as those without a value; the attribute ``refused``
-        tells how many this run met, and why.
+        tells how many there are, and why.
 
     Raises
     ------
@@ -214,15 +215,9 @@ def sweep(
             else engines.in_dask(compute, job, todo, client)
         )
         with closing(run):
-            refused = _written(opened, run, target(device), check, shown)
+            _write(opened, run, target(device), check, shown)
         place.pack()
-    found = open_sweep(store, storage_options=storage_options)
-    if refused:
-        found.attrs["refused"] = (
-            f"without values: {len(refused)} of {math.prod(job.shape)} grid points, parameters of "
-            f"which the system does not allow together. The first: {refused[0]}"
-        )
-    return found
+    return open_sweep(store, storage_options=storage_options)
 
 
 @suggests
@@ -243,7 +238,8 @@ def open_sweep(
     xarray.Dataset
         Values that were not computed yet are NaN, or the least number of their type. The
         attributes tell the description, how many chunks there are and how many are ``done``:
-        marked, with a file of each variable. What was not verified is told in ``unverified``.
+        marked, with a file of each variable. What was not verified is told in ``unverified``;
+        how many grid points the system refused, and why, in ``refused``.
 
     Raises
     ------
@@ -286,6 +282,13 @@ def open_sweep(
         "done": int(np.count_nonzero(finished(place, marks, map(str, dataset.data_vars)))),
         "unverified": UNVERIFIED,
     }
+    count, why = refusals(place)
+    if count:
+        points = math.prod(each["n"] for each in facts["description"]["axes"].values())
+        dataset.attrs["refused"] = (
+            f"without values: {count} of {points} grid points, parameters of which the system "
+            f"does not allow together. The first: {why}"
+        )
     return dataset
 
 
@@ -419,16 +422,15 @@ def _todo(
     return (tile for tile in tiles(axes, store.chunks) if not done[tile.index]), show
 
 
-def _written(
+def _write(
     store: Store,
     outcomes: Iterable[Outcome],
     here: dict[str, str],
     check: Callable[[], None],
     show: Callable[[int], None],
-) -> list[str]:
-    """Write tiles as they are computed; return why grid points were refused."""
+) -> None:
+    """Write tiles as they are computed."""
     failed: list[tuple[Tile, Exception]] = []
-    refused: list[str] = []
     for tile, computed in outcomes:
         check()
         if isinstance(computed, Exception):
@@ -436,7 +438,6 @@ def _written(
             continue
         check_target("A part of this sweep", computed.target, here)
         store.write(tile, computed)
-        refused += computed.refused
         show(tile.size)
     if failed:
         tile, error = failed[0]
@@ -445,4 +446,3 @@ def _written(
             f"{len(failed)} chunks of {store.place.url} could not be computed, the others are "
             f"stored. The first, grid points [{where}]: {type(error).__name__}: {error}"
         ) from error
-    return refused
