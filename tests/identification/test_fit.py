@@ -599,15 +599,19 @@ def test_rounding_of_equal_data_is_no_scatter() -> None:
     assert found.values == pytest.approx([0.3], rel=1e-12)
 
 
-def test_noise_about_a_constant_wants_an_error() -> None:
+def test_noise_about_a_constant_is_its_error() -> None:
     block, noise = ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.5)), 0.01
     force = np.random.default_rng(1).normal(0.4, noise, size=20)
     s = np.linspace(0.1, 1.0, 20)
     bare, weighed = (
         ss.fit(block, ss.ForcePoints(s, force, sigma), ["mu"]) for sigma in (None, noise)
     )
-    assert "Give sigma= if that is their noise" in bare.message
-    assert weighed.message == "converged"
+    assert bare.message == weighed.message == "converged"
+    np.testing.assert_allclose(bare.standard_errors, np.std(force) / np.sqrt(19), rtol=1e-6)
+    falling = ss.fit(block, ss.ForcePoints(s, force - 0.1 * s), ["mu"])
+    assert not falling.tells
+    assert "does not tell these data" in falling.message
+    assert not ss.fit(block, ss.ForcePoints(s, force), ["mu"], bounds={"mu": (0.5, 1)}).tells
 
 
 def test_what_the_model_does_not_reach_is_told() -> None:

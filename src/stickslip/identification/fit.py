@@ -28,6 +28,7 @@ from stickslip.identification.belonging import check_belongs
 from stickslip.identification.data import (
     Data,
     EventTimes,
+    ForcePoints,
     Record,
     compared,
     under_conditions,
@@ -65,7 +66,7 @@ FEWER = 3
 LOOSE, TIGHT = 1e-2, 1e-4
 # Root mean square of residuals above which a model does not tell its data: in errors that were
 # given, or in hundredths of the scatter where none were.
-POOR, POOR_UNWEIGHED = 2.0, 30.0
+POOR, POOR_UNWEIGHED, SCATTER = 2.0, 30.0, 100.0
 # Standard errors above which neighbouring residuals are alike, and the share of the data's scatter
 # below which they are rounding.
 ALIKE, ROUNDING = 3.0, 1e-5
@@ -189,8 +190,7 @@ class Fit(Result):
             f"residuals of data {k} are not scattered about zero (neighbours correlate by "
             f"{value:.2f} +- {error:.2f}): the law or the model has another form, or the noise "
             "is not white, and the errors mean little"
-            for k, (value, error) in enumerate(self.autocorrelation, start=1)
-            if value > ALIKE * error
+            for k, value, error in self._alike
         ]
         pairs = list(zip(self.data, self.fitted, strict=True))
         if self.loss == "linear":
@@ -225,8 +225,21 @@ class Fit(Result):
 
     @property
     def tells(self) -> bool:
-        """Whether residuals are of the size of errors that were given, or small beside the data."""
-        return self._size < (POOR if _weighed(self.data) else POOR_UNWEIGHED)
+        """Whether residuals are of the size of errors, given or seen, or small beside the data.
+
+        Forces tell their errors where residuals of neighbouring speeds are not alike.
+        """
+        if _weighed(self.data):
+            return self._size < POOR
+        # A law that is a constant leaves all the scatter that there is: no share of it is too much.
+        is_noise = all(isinstance(each, ForcePoints) for each in self.data) and not self._alike
+        return self._size < (POOR * SCATTER if is_noise else POOR_UNWEIGHED)
+
+    @property
+    def _alike(self) -> list[tuple[int, float, float]]:
+        """Sets of data whose neighbouring residuals correlate, counted from 1; how much."""
+        found = enumerate(self.autocorrelation, start=1)
+        return [(k, value, error) for k, (value, error) in found if value > ALIKE * error]
 
     @property
     def _size(self) -> float:
