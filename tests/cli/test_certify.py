@@ -115,3 +115,18 @@ def test_a_point_that_is_no_number_is_told_by_its_option(option, capsys):
 def test_a_point_outside_the_domain_is_told_as_such(option, capsys):
     assert main(["certify", "--preset", "coulomb", option, "0.9"]) == 2
     assert "0.9 is outside the domain |d| <= 0.676470588235" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--border foo --orbit 0.27739", "--border foo: the model has no such parameter. Known: a"),
+        ("--along Mu --range 0.2 0.3 --max-period 1", "--along Mu: the model has no such parame"),
+        ("--along Mu --range 0.2 0.3 --max-period 1", "alpha, beta, V, mu. Did you mean 'mu'?"),
+        ("--flip V", "--flip needs the orbit: --orbit D --period P"),
+        ("--along V --border V --orbit 0.1", "give one of --border, --flip, --fold and --along"),
+    ],
+)
+def test_a_parameter_is_refused_by_its_option(options, message, capsys):
+    assert main(["certify", "--preset", "coulomb", *options.split()]) == 2
+    assert message in capsys.readouterr().err

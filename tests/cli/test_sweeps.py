@@ -306,6 +306,11 @@ def test_a_map_is_drawn(store, tmp_path, capsys, chosen):
     assert ended(capsys, "plot", store, "--out", out, "--force")[0] == 0
 
 
+def test_a_value_of_an_axis_that_was_not_computed_is_told(store, tmp_path, capsys):
+    (code, _, err) = ended(capsys, "plot", store, "--out", tmp_path / "map.png", "--at", "V=9")
+    assert (code, err) == (0, "stickslip: --at V=9.0: the nearest computed is 0.05\n")
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -337,7 +342,13 @@ def test_a_plan_takes_a_model_without_an_event_map(tmp_path):
         friction = {law = "coulomb", mu = 0.4}
         [axes]
         V = [0.2, 0.3]
+        forcing.frequency = {from = 0.3, to = 0.5, n = 3}
+        forcing."amplitude" = [0.1, 0.2]
+        [chunks]
+        forcing.frequency = 2
         """
     )
-    system = read_plan(path).arguments["system"]
-    assert system == ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    arguments = read_plan(path).arguments
+    assert arguments["system"] == ss.Oscillator(V=0.2, friction=ss.Coulomb(mu=0.4))
+    assert list(arguments["axes"]) == ["V", "forcing.frequency", "forcing.amplitude"]
+    assert arguments["chunks"] == {"forcing.frequency": 2}

@@ -23,6 +23,7 @@ from stickslip.cli.options import (
 from stickslip.cli.output import document, new_files, tracked
 from stickslip.cli.process import CLAIM_FAILED, DONE, ComputationError, UsageError
 from stickslip.files import checked_suffix, read_text
+from stickslip.vocabulary import did_you_mean
 
 SPOKEN: Final = {"share": "--basins", "at_least": "--entropy"}
 """Options of `certify` that Python has as arguments of functions of their own."""
@@ -109,6 +110,12 @@ def certify(
     from stickslip.mechanics.model.arguments import two_blocks
     from stickslip.proofs import certify
 
+    options = {"--border": border, "--flip": flip, "--fold": fold, "--along": along}
+    named = [(option, name) for option, name in options.items() if name is not None]
+    if len(named) > 1:
+        raise UsageError("give one of --border, --flip, --fold and --along")
+    if named and along is None and orbit is None:
+        raise UsageError(f"{named[0][0]} needs the orbit: --orbit D --period P")
     asked = [value is not None for value in (orbit, jump, max_period, basins, entropy, chaos)]
     if sum(asked) != 1:
         raise UsageError(
@@ -117,15 +124,9 @@ def certify(
     for option, d in (("--orbit", orbit), ("--jump", jump), ("--chaos", chaos)):
         if d is not None and not isfinite(d):
             raise UsageError(f"{option} {d}: a finite number is needed")
-    kinds = {"border_collision": border, "flip": flip, "fold": fold}
-    varied = {kind: name for kind, name in kinds.items() if name is not None}
-    if len(varied) + (along is not None) > 1:
-        raise UsageError("give one of --border, --flip, --fold and --along")
-    if varied and orbit is None:
-        raise UsageError("--border, --flip, --fold need the orbit: --orbit D --period P")
     if period is not None and orbit is None:
         raise UsageError("--period goes with --orbit")
-    if along and all(each is None for each in (orbit, max_period, basins)):
+    if along is not None and all(each is None for each in (orbit, max_period, basins)):
         raise UsageError("--along goes with --orbit, --max-period or --basins alone")
     if (along is None) != (range is None):
         raise UsageError("--along and --range go together: --along V --range 0.0366 0.0372")
@@ -133,6 +134,10 @@ def certify(
     precise: dict[str, Any] = {} if digits is None else {"digits": digits}
     why = "Proofs are about two equal blocks without damping."
     system = two_blocks(model.model(), why=why)
+    for option, name in named:
+        if name not in system.parameters:
+            known = did_you_mean(name, system.parameters)
+            raise UsageError(f"{option} {name}: the model has no such parameter. {known}")
     with ExitStack() as stack:
         files = []
         if file.out is not None:
@@ -148,10 +153,11 @@ def certify(
             proof = certify.certify_entropy(system, entropy, **precise)
         elif chaos is not None:
             proof = certify.certify_chaos(system, chaos, **precise)
-        elif orbit is not None and along and range:
+        elif orbit is not None and along is not None and range is not None:
             proof = certify.certify_branch(system, orbit, period, along, range, **precise)
-        elif orbit is not None and varied:
-            ((kind, name),) = varied.items()
+        elif orbit is not None and named:
+            ((option, name),) = named
+            kind = "border_collision" if option == "--border" else option.removeprefix("--")
             proof = certify.certify_bifurcation(system, kind, orbit, period, name, **precise)
         else:
             assert orbit is not None

@@ -183,13 +183,13 @@ def plot(
     opened = open_sweep(store)
     if refused := opened.attrs.get("refused"):
         note(refused, quiet=output.quiet)
-    dataset = _cut(opened, at)
+    dataset = _cut(opened, at, quiet=output.quiet)
     with new_files([out], force=force) as (temporary,):
         draw_pictures(lambda ax: sweep_map.sweep(dataset, variable, ax, curves=curves), [temporary])
     output.tell("plot", {"store": store}, {"file": [str(out)]}, f"{out}\n")
 
 
-def _cut(dataset: xarray.Dataset, at: tuple[str, ...]) -> xarray.Dataset:
+def _cut(dataset: xarray.Dataset, at: tuple[str, ...], *, quiet: bool) -> xarray.Dataset:
     """Choose values of axes, those that were computed nearest, and places of points of an orbit."""
     from stickslip.checks import finite_number, whole_number  # loads NumPy
 
@@ -200,6 +200,8 @@ def _cut(dataset: xarray.Dataset, at: tuple[str, ...]) -> xarray.Dataset:
         if name in dataset.coords:
             value = finite_number(f"--at {name}", number)
             dataset = dataset.sel({name: value}, method="nearest")
+            if (taken := float(dataset[name])) != value:
+                note(f"--at {name}={value}: the nearest computed is {taken}", quiet=quiet)
         else:
             last = dataset.sizes[name] - 1
             place = whole_number(f"--at {name}", number, 0, at_most=last, what="counted from 0")

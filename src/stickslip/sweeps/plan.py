@@ -61,6 +61,11 @@ class _Values(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     values: list[float]
 
 
+AXIS_KEYS: Final = {
+    field.encode_name for kind in (_Range, _Values) for field in msgspec.structs.fields(kind)
+}
+
+
 class _Engine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Settings of the event map."""
 
@@ -112,14 +117,17 @@ def read_plan(path: str | PathLike[str]) -> Plan:
         file = _read(table, _File, "")
         arguments: dict[str, Any] = {
             "system": _system(file, path.parent),
-            "axes": {name: _axis(name, given) for name, given in file.axes.items()},
+            "axes": {name: _axis(name, given) for name, given in _dotted(file.axes).items()},
             "observables": as_observables(
                 [_observable(*item) for item in enumerate(file.observables)]
             ),
             "rng": whole_number("seed", file.seed, 0, at_most=LARGEST_SEED - 1),
             "d": file.d,
             "chunks": file.chunks
-            and {name: whole_number(f"chunks.{name}", size) for name, size in file.chunks.items()},
+            and {
+                name: whole_number(f"chunks.{name}", size)
+                for name, size in _dotted(file.chunks).items()
+            },
             "storage_options": file.storage_options,
         }
     local = "://" not in file.store and not file.store.startswith("memory:")
@@ -183,6 +191,17 @@ def _system(file: _File, folder: Path) -> Any:
     settings = msgspec.to_builtins(_read(file.engine, _Engine, "engine."))
     with within("engine: "):
         return event_map(model, **settings)
+
+
+def _dotted(table: dict[str, Any]) -> dict[str, Any]:
+    """Join names that TOML reads as tables in tables, as forcing.frequency without quotation."""
+    found = {}
+    for name, given in table.items():
+        if isinstance(given, dict) and given and not AXIS_KEYS & given.keys():
+            found |= {f"{name}.{inner}": value for inner, value in _dotted(given).items()}
+        else:
+            found[name] = given
+    return found
 
 
 def _axis(name: str, given: Any) -> Any:

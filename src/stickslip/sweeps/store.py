@@ -40,6 +40,7 @@ NOTES: Final = (
     f"{MARKS}/refused"  # of tiles: <place>/<grid points that were refused>, why the first
 )
 COPIES: Final = (INDEX, METADATA)  # which say what the sweep is; the first and the last written
+ANOTHER: Final = "Give the name of a store of a sweep, or of a new one."
 READ_AHEAD: Final = 1024
 READERS: Final = 8  # threads that check marked tiles: they wait for disk or network
 
@@ -212,12 +213,12 @@ def examined(place: Place) -> tuple[dict[str, Any] | None, list[str]]:
     if name is not None and f'"{ATTRIBUTE}"'.encode() in (documents[name] or b""):
         raise StoreRefused(
             f"{place.of(name)} does not fit its own checksum: it is damaged, or of an earlier "
-            "version. Restore it from a copy, or give the name of a new store."
+            f"version. Restore it from a copy. {ANOTHER}"
         )
     if name is not None:
-        raise StoreRefused(f"{place.of(name)} is not of a sweep. Give the name of a new store.")
+        raise StoreRefused(f"{place.of(name)} is not of a sweep. {ANOTHER}")
     if not place.empty():
-        raise StoreRefused(f"{place.url} is not empty and no sweep. Give the name of a new store.")
+        raise StoreRefused(f"{place.url} is not empty and no sweep. {ANOTHER}")
     return None, list(COPIES)
 
 

@@ -368,7 +368,7 @@ BAD = {
     "formula with one value more": (FORMULA + "vv = 1\n", ["unknown key 'vv'", "mean 'v'?"]),
     "formula above a number of the model": (
         FORMULA + "damping = 0.1\n",
-        ["unknown key 'damping'", "write it before any [table]"],
+        ["unknown key 'damping'. Known: ", "write it before any [table]"],
     ),
     "formula of a value that is text": (FORMULA.replace("0.5", '"0.5"'), ["v = '0.5'"]),
     "forward as a number": (FORMULA + "forward = 1\n", ["forward = 1 must be a formula"]),

@@ -188,7 +188,7 @@ def refuse_unknown(
         if name not in known:
             hint = did_you_mean(name, known)
             if name in ABOVE_TABLES and not is_whole:
-                hint = "In TOML a key belongs to the table above it: write it before any [table]."
+                hint += " If it is one of the model's, write it before any [table]."
             raise ValueError(f"unknown key {shown(name)}. {hint}")
 
 
