@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar, overload
 
 import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
 LARGEST: Final = 2**31 - 1  # whole number of a NetCDF file
 SUFFIXES: Final = ("", ".json", ".csv", ".nc")
@@ -83,13 +85,15 @@ class Result:
     def to_xarray(self) -> xr.Dataset:
         """Return the table as an ``xarray.Dataset`` (needs the extra ``sweep``).
 
+        Cells of several numbers have axes of their own, NaN where one has fewer than another.
+
         Raises
         ------
         MissingExtraError
             A ModuleNotFoundError: xarray is not installed.
         """
         require_extra("sweep", "labelled arrays", "xarray")
-        columns = {name: ("row", column) for name, column in self.table().items()}
+        columns = {name: _labelled(name, column) for name, column in self.table().items()}
         coordinates = {name: columns.pop(name) for name in self._coordinates()}
         dataset: xr.Dataset = importlib.import_module("xarray").Dataset(
             columns, coords=coordinates, attrs=self._attributes()
@@ -240,6 +244,44 @@ class ResultList(Result, Sequence[Item]):
             return joined
         lengths = [table.n_rows for table in tables]
         return {self._number: np.repeat(np.arange(len(tables)) + 1, lengths), **joined}
+
+
+def _labelled(name: str, column: NDArray[Any]) -> tuple[tuple[str, ...], NDArray[Any]]:
+    """Return a column with the names of its axes, one for each level of cells within cells."""
+    if column.dtype.kind != "O":
+        return ("row",), column
+    cells = column.tolist()
+    kinds = {type(leaf) for leaf in _leaves(cells)} - {type(None)}
+    if not kinds or not kinds <= {int, float, complex}:
+        return ("row",), column
+    shape = _shape(cells)
+    values = np.full(shape, np.nan, dtype=complex if complex in kinds else float)
+    _fill(values, cells)
+    return ("row", *(f"{name}_{level}" for level in range(len(shape) - 1))), values
+
+
+def _leaves(cell: Any) -> Iterator[Any]:
+    if isinstance(cell, list | tuple):
+        for each in cell:
+            yield from _leaves(each)
+    else:
+        yield cell
+
+
+def _shape(cell: Any) -> tuple[int, ...]:
+    """Shape of the least array that holds a cell."""
+    if not isinstance(cell, list | tuple):
+        return ()
+    inner = zip_longest(*map(_shape, cell), fillvalue=0)
+    return (len(cell), *map(max, inner))
+
+
+def _fill(values: NDArray[Any], cell: Sequence[Any]) -> None:
+    for place, each in enumerate(cell):
+        if isinstance(each, list | tuple):
+            _fill(values[place], each)
+        elif each is not None:
+            values[place] = each
 
 
 def _for_netcdf(dataset: xr.Dataset) -> xr.Dataset:

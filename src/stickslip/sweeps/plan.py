@@ -195,7 +195,7 @@ def _system(file: _File, folder: Path) -> Any:
 
 def _dotted(table: dict[str, Any]) -> dict[str, Any]:
     """Join names that TOML reads as tables in tables, as forcing.frequency without quotation."""
-    found = {}
+    found: dict[str, Any] = {}
     for name, given in table.items():
         if isinstance(given, dict) and given and not AXIS_KEYS & given.keys():
             found |= {f"{name}.{inner}": value for inner, value in _dotted(given).items()}
