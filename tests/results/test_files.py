@@ -17,6 +17,7 @@ from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import branches, breakpoints
 from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.mechanics.eventmap.of_model import event_map
@@ -177,6 +178,17 @@ def test_event_maps_are_made_again(path, model):
     assert again["part"].f is again["whole"]  # equal maps are one
 
 
+def test_maps_of_formulas_are_made_again(path):
+    texts = ["a - 1.1*x - 0.35*x**2", "0.55*x - 0.62"]
+    f = PiecewiseMap(texts, (-1.5, 1.5), parameters={"a": 0.45, "b": 0.2}, breakpoints=["b"])
+    found = periodic_orbits(f.replace(a=0.4), 2)
+    save([f, found], path)
+    again = load(path)
+    assert again == [f, found]
+    assert again[1][0].system.parameters == {"a": 0.4, "b": 0.2}
+    assert again[0].parameter_derivative(0.1, "a") == 1.0
+
+
 def test_branches_of_models_need_no_system(path):
     f = event_map(models.coulomb())
     branch = follow_orbit(periodic_orbits(f, period=4)[0], f, "V", (0.0366, 0.0372))
@@ -306,6 +318,7 @@ def deep(levels):
         ({"is": "TrackedDiscontinuity", "k" * 100_000: 1}, "result"),
         ({"is": "part", "kind": "model", "description": 5}, "result"),
         ({"is": "map", "text": "f", "kind": "event map", "description": [1]}, "result"),
+        ({"is": "map", "text": "f", "kind": "formulas", "description": {"func": "x("}}, "result"),
         ({"is": "dict", "of": [[1]]}, "result"),
         ({"is": "array", "dtype": "V1000000000", "shape": [1], "of": [1]}, "type of numbers"),
         ({"is": "array", "dtype": "float64", "shape": [10**9, 10**9], "of": []}, "result"),

@@ -164,8 +164,8 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
     ----------
     path : str or path
     system : model or map, optional
-        What the result is one of, where no file can hold that: a `PiecewiseMap`, or a model
-        with a friction law of the user's own. Parameter values are taken from the file.
+        What the result is one of, where no file can hold that: a `PiecewiseMap` or a friction law
+        by a Python function. Parameter values are taken from the file.
 
     Returns
     -------

@@ -32,6 +32,7 @@ from stickslip.analysis.maps.user_function import (
 )
 from stickslip.checks import Many, checked_interval, real_numbers, shown
 from stickslip.numerics.arrays import GOLDEN
+from stickslip.results.files import register_map
 from stickslip.status import OK
 from stickslip.vocabulary import suggests
 
@@ -467,3 +468,19 @@ class PiecewiseMap(UserMap, EvaluatedMap):
                 checked_callable(f"parameter_derivative[{shown(name)}]", slope)
         elif given is not None:
             checked_callable("parameter_derivative", given)
+
+
+def _values_of(f: PiecewiseMap) -> dict[str, Any]:
+    """Describe a map of formulas for files of results."""
+    function = f._func
+    if not isinstance(function, Formulas):
+        raise ValueError("Python functions cannot be saved.")
+    return {
+        "func": [branch.text for branch in function.branches],
+        "domain": list(f.domain),
+        "parameters": dict(f.parameters),
+        "breakpoints": [edge.text for edge in function.edges.formulas],
+    }
+
+
+register_map("formulas", PiecewiseMap, _values_of, lambda values: PiecewiseMap(**values))
