@@ -6,7 +6,7 @@
 
 const PATIENCE_MS = 120; // a question that has run this long gives way to a newer one
 const SILENT_MS = 1000; // a thread that goes on for so long with what is called off is ended
-const QUIET_MS = 5000; // a server that is asked something speaks each second; after so long it is gone
+const QUIET_MS = 5000; // a server that is asked something speaks each second; after so long it seems gone
 const RETRY_MS = [300, 1000, 3000];
 
 /** Views that a thread computes: of others it need not be asked. */
@@ -126,6 +126,7 @@ export class Connection {
     this.failures = 0;
     this.open = false;
     this.lost = false; // not before it failed: the server may be loading what computes
+    this.quiet = QUIET_MS;
     this.#open();
   }
 
@@ -170,6 +171,7 @@ export class Connection {
     this.link.open({
       onopen: () => {
         this.open = true;
+        this.quiet = QUIET_MS;
         for (const asked of [...this.running.values()]) {
           this.#send(this.waiting.get(asked.slot) ?? asked); // the newer one: nothing runs by now
           this.waiting.delete(asked.slot);
@@ -205,7 +207,11 @@ export class Connection {
   #listen() {
     clearTimeout(this.timer);
     if (!this.open || !this.link.speaks) return;
-    this.timer = setTimeout(() => this.running.size && this.#stand(false), QUIET_MS);
+    this.timer = setTimeout(() => {
+      if (!this.running.size) return;
+      this.quiet *= 2; // should it speak again: a large answer takes long on a slow line
+      this.#stand(false);
+    }, this.quiet);
   }
 
   /** @param {Asked} asked */
