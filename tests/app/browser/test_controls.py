@@ -146,6 +146,18 @@ def test_the_range_of_the_start_is_told_in_few_digits(explorer):
         assert explorer.page.evaluate(f"(ends) => {ends}", given) == expected
 
 
+def test_a_start_beyond_the_domain_is_set_to_its_end_with_a_word(explorer):
+    toast = explorer.page.locator(".toast")
+    explorer.page.evaluate("() => { document.querySelector('.toast').textContent = ''; }")
+    explorer.page.locator(".controls input[name='d']").fill("0.1")
+    explorer.page.keyboard.press("Enter")
+    assert toast.text_content() == ""
+    explorer.page.locator(".controls input[name='d']").fill("0.9")
+    explorer.page.keyboard.press("Enter")
+    assert toast.text_content() == "d = 0.9 lies outside the domain: its end 0.67647 is taken"
+    assert explorer.state["d"] == ss.event_map(ss.examples.coulomb()).domain[1]
+
+
 def test_what_is_wrong_with_all_of_a_model_marks_the_numbers_that_were_changed(explorer):
     """No entry of its matrices is wrong by itself where a motion is too fast to be followed."""
     explorer.show("preset=brake", "law")

@@ -20,7 +20,7 @@ import {
   valueOf,
   withValue,
 } from "./model.js";
-import { listed, written } from "./numbers.js";
+import { listed, short, written } from "./numbers.js";
 import { PATIENT, QUESTIONS, slotsFor } from "./questions.js";
 import { clean, completeAlong, same, Store } from "./state.js";
 
@@ -113,7 +113,10 @@ export class App {
 
   /** Start the motion from a point of the map. @param {number} d */
   startAt(d) {
-    this.store.update({ d: this.#inside(d) }, "d");
+    const inside = this.#inside(d);
+    if (clean(inside) !== clean(d))
+      this.announce(`${this.written("d")} = ${short(d)} lies outside the domain: its end ${short(inside)} is taken`);
+    this.store.update({ d: inside }, "d");
   }
 
   /** The nearest point of the map's domain. @param {number} d */
