@@ -111,6 +111,36 @@ def test_bad_input_leaves_a_message_and_no_file(options, fragments, tmp_path, ca
     assert list(tmp_path.iterdir()) == []
 
 
+THREE = """
+kind = "chain"
+static = [1.0, 1.3, 1.1]
+alpha = 1.2
+V = 0.0366
+friction = {law = "coulomb", mu = 0.22}
+"""
+
+
+def test_one_option_takes_a_number_for_each_block(tmp_path, capsys):
+    (tmp_path / "three.toml").write_text(THREE)
+    told = []
+    for state in ("--x 0 0.1 0 --v 0 -0.1 1e-3", "--x 0 --x 0.1 --x 0 --v 0 --v -0.1 --v 1e-3"):
+        command = f"simulate --model {tmp_path / 'three.toml'} {state} --t-end 1 --samples 3"
+        assert main(command.split()) == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+    assert main(f"simulate --model {tmp_path / 'three.toml'} -d 0.1 --t-end 1".split()) == 2
+    assert "along its last axis 2 numbers are needed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["orbits", "basins", "map -d 0.1"])
+def test_a_return_map_without_bounds_is_not_searched(command, tmp_path, capsys):
+    forced = f"{THREE}forcing = {{amplitude = 0.3, frequency = 0.9}}\n"
+    (tmp_path / "forced.toml").write_text(forced)
+    assert main([*command.split(), "--model", str(tmp_path / "forced.toml")]) == 2
+    told = capsys.readouterr().err
+    assert "has 5 numbers and no bounds within which to search. stickslip cycles" in told
+
+
 FIELDS = [
     "cycle",
     "period",

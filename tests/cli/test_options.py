@@ -350,7 +350,10 @@ def test_a_structure_is_told_by_its_masses_and_contacts(file, capsys):
         ),
         ("simulate --preset coulomb -v 0 --t-end 9", "simulate: Unused Tokens"),
         ("map --preset coulomb --friction coulomb:0.2", "is not of the form NAME=VALUE\n"),
-        ("orbits --model mine.toml", "(domain= is for Python; this command has no such option)"),
+        (
+            "orbits --model mine.toml",
+            "numbers and no bounds within which to search. stickslip cycles",
+        ),
     ],
 )
 def test_messages_name_options_not_arguments_of_python(command, told, file, capsys):

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stickslip.cli.options import ENGINE, Flag, Starts, TableOptions, Whole, check_equally_spaced
+from stickslip.cli.options import (
+    ENGINE,
+    Flag,
+    Numbers,
+    Starts,
+    TableOptions,
+    Whole,
+    check_equally_spaced,
+)
 from stickslip.cli.output import note, notes, tracked
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 from stickslip.files import real_columns
@@ -375,8 +383,8 @@ def simulate(
     *,
     table: TableOptions = TableOptions(),
     d: Starts = (),
-    x: Annotated[tuple[float, ...], Parameter(negative=(), show_default=False)] = (),
-    v: Annotated[tuple[float, ...], Parameter(name="--v", negative=(), show_default=False)] = (),
+    x: Numbers = (),
+    v: Annotated[Numbers, Parameter(name="--v")] = (),
     t_end: float,
     samples: Whole | None = None,
     events: Flag = False,
@@ -392,11 +400,11 @@ def simulate(
     ----------
     d
         Start at the end of the global stick phase with this X_2 - X_1; of more than two
-        blocks, once for each neighbouring pair.
+        blocks, one number for each neighbouring pair.
     x
-        Start from these displacements instead; once for each block.
+        Start from these displacements instead; one for each block.
     v
-        Velocities that belong to --x; once for each block.
+        Velocities that belong to --x; one for each block.
     t_end
         Time to stop at, in units of sqrt(m / k).
     samples
@@ -416,7 +424,7 @@ def simulate(
     samples = 2001 if samples is None else samples
     check_equally_spaced("--samples", samples)
     if bool(d) == bool(x or v):
-        raise UsageError("give a start: either -d 0.1, or --x and --v once for each block")
+        raise UsageError("give a start: either -d 0.1, or --x and --v, a number for each block")
     model = table.model()
     start: dict[str, Any] = {"x": x, "v": v}
     if d:

@@ -59,10 +59,12 @@ Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number; left to itself the parser takes 1.5 for 2."""
 
 
-Starts = Annotated[
-    tuple[float, ...], Parameter(name=["--d", "-d"], negative=(), show_default=False)
+Numbers = Annotated[
+    tuple[float, ...], Parameter(negative=(), show_default=False, consume_multiple=True)
 ]
-"""Relative displacements in global stick, one or several."""
+"""One or several, behind an option that stands once or several times."""
+Starts = Annotated[Numbers, Parameter(name=["--d", "-d"])]
+"""Relative displacements in global stick."""
 
 
 def pairs(
@@ -285,7 +287,15 @@ class SystemOptions:
         """Build the map of a model, of any dimension, with further settings."""
         from stickslip.mechanics.eventmap.of_model import map_of
 
-        return map_of(self.model(), **self.engine.settings(), **more)
+        found = map_of(self.model(), **self.engine.settings(), **more)
+        if getattr(found, "domain", ()) is None:
+            raise UsageError(
+                f"the model is a {type(found.model).__name__} of {found.model.size}, whose map has "
+                f"{found.dimension} numbers and no bounds within which to search. stickslip cycles "
+                "looks for its limit cycles, stickslip simulate follows it in time; in Python "
+                "return_map takes a domain"
+            )
+        return found
 
     def event_map(self, **more: Any) -> ModelLine:
         """Build the map of a model that has one of the line, with further settings."""

@@ -105,7 +105,7 @@ def test_the_domain_of_two_blocks_is_that_of_the_paper() -> None:
 
 def test_positions_have_the_given_differences() -> None:
     np.testing.assert_allclose(np.diff(CHAIN.positions([0.1, -0.3])), [0.1, -0.3], rtol=1e-14)
-    with pytest.raises(ValueError, match="must have 2 entries"):
+    with pytest.raises(ValueError, match="2 numbers are needed, the differences"):
         CHAIN.positions([0.1])
 
 

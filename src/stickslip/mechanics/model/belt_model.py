@@ -408,7 +408,7 @@ class BeltModel(ABC):
             steps = steps[..., None]
         if steps.ndim == 0 or steps.shape[-1] != n - 1:
             raise ValueError(
-                f"d has the shape {steps.shape}: its last axis must have {n - 1} entries, the "
+                f"d = {shown(steps.tolist())}: along its last axis {n - 1} numbers are needed, the "
                 f"differences X_(i+1) - X_i of {n} blocks."
                 if n > 1
                 else f"d = {shown(d)}: one block has no neighbour to differ from. Start it from x "
