@@ -58,6 +58,13 @@ def test_neither_map_nor_model_is_refused(question, thing):
         question(thing)
 
 
+def test_a_map_of_several_numbers_is_called_one():
+    chain = ss.Chain(static=[1, 1.3, 1.1], alpha=1.2, V=0.0366, friction=ss.Coulomb(mu=0.22))
+    for thing in (chain, ss.event_map(chain)):
+        with pytest.raises(ValueError, match="map of 2 numbers, or has one: the question"):
+            ss.breakpoints(thing)
+
+
 @pytest.mark.parametrize("name", COULOMB_ORBITS)
 def test_orbits_of_the_coulomb_map_to_1e_14(name):
     point, multiplier = map(float, COULOMB_ORBITS[name])

@@ -23,6 +23,11 @@ def line_map(f: object, role: str = "f") -> Map1D:
     found = map_of(f)
     if isinstance(found, Map1D) and not isinstance(found, MapND):
         return found
+    if isinstance(found, MapND):
+        raise ValueError(
+            f"{role} = {shown(f)} is a map of {found.dimension} numbers, or has one: the question "
+            "is one about maps of the line, such as the event map of two blocks."
+        )
     raise ValueError(
         f"{role} = {shown(f)} is neither a map of the line nor a model that has one. Take "
         "ss.event_map(model), ss.PiecewiseMap(...) or a model such as ss.TwoBlock(...)."
