@@ -71,6 +71,7 @@ BROKEN = {
     "kind=two_block&law=glue": "no known model and law",
     "kind=two_block&alpha=nonsense": "α = nonsense is no number",
     "preset=nothing": "there is no preset nothing",
+    "section=nothing": "section = nothing is no table such as {",
 }
 
 
@@ -80,6 +81,14 @@ def test_a_broken_link_says_what_is_wrong_and_begins_with_the_first_preset(explo
     explorer.show(fragment)
     assert BROKEN[fragment] in explorer.page.locator(".controls > .error").text_content()
     assert explorer.page.locator("select[aria-label='Preset']").input_value() == "coulomb"
+
+
+def test_a_section_is_of_the_preset_that_is_shown(explorer):
+    with explorer.asking_only("law"):
+        for before, kind in (("", "two_block"), ("preset=brake&", "structure")):
+            explorer.show(f'{before}section={{"direction":"forward"}}', "law")
+            assert explorer.state["section"] == {"direction": "forward"}
+            assert explorer.state["model"]["kind"] == kind
 
 
 def test_a_plus_in_an_address_that_was_typed_is_a_plus(explorer):

@@ -12,7 +12,7 @@ import { Large } from "./large.js";
 import { showLegend } from "./legend.js";
 import { Player } from "./player.js";
 import { Shipped } from "./shipped.js";
-import { completeState, fromAddress, toFragment } from "./state.js";
+import { completeState, fromAddress, sectionOf, toFragment } from "./state.js";
 import { reducedMotion, switchTheme, watchTheme } from "./theme.js";
 import { blockCount, hasLineMap, hasSpaceMap, mapOf, sticksAsOne } from "./model.js";
 import { Tour } from "./tour.js";
@@ -39,11 +39,15 @@ const read = async (name) => (await fetch(`static/shipped/${name}.json`)).json()
 function stateOfAddress(address, limits, presets) {
   const plain = new URL(address).hash.slice(1).replaceAll("+", "%2B"); // as it is typed: a formula's sum
   const given = new Map(new URLSearchParams(plain));
-  const name = given.get("preset") ?? (given.size ? undefined : presets[0].name);
+  const ofFirst = [...given.keys()].every((key) => key === "section");
+  const name = given.get("preset") ?? (ofFirst ? presets[0].name : undefined);
   const preset = presets.find((one) => one.name === name);
   try {
     if (name && !preset) throw new Error(`there is no preset ${name}`);
-    const state = preset ? completeState(limits, preset.state) : fromAddress(limits, given);
+    const section = sectionOf(given);
+    const state = preset
+      ? completeState(limits, section ? { ...preset.state, section } : preset.state)
+      : fromAddress(limits, given);
     return { state, fault: "" };
   } catch (error) {
     const [{ state, title }] = presets;

@@ -256,7 +256,7 @@ export function fromAddress(limits, given) {
     t_end: number(given.get("t_end")),
     power: number(given.get("power")),
     max_period: number(given.get("max_period")),
-    section: parsed(given.get("section")),
+    section: sectionOf(given),
     sliders: pairs(parsed(given.get("sliders"))),
     diagram: along(given),
     windows: zooms(given),
@@ -287,6 +287,14 @@ function modelOf(limits, given) {
       model = withValue(limits, model, name, parse(text, valueOf(limits, model, name)));
   }
   return model;
+}
+
+/** Settings of the return map. @param {Map<string, string>} given */
+export function sectionOf(given) {
+  const text = given.get("section");
+  const table = parsed(text);
+  if (text && !table) throw new Error(`section = ${text} is no table such as {"domain": [[low, high], ...]}`);
+  return table;
 }
 
 /** @param {string | undefined} text @returns {any}  null of what is no table */

@@ -73,7 +73,7 @@ export class SectionView extends View {
       return "No attractor is known: from no start does the motion go on returning to the domain.";
     const { shares, held, mistaken, checked } = part.data;
     const ends = this.names().map((who, k) => `${percent(shares[k])} end on ${who}`);
-    const where = held ? " in this section, other differences 0," : "";
+    const where = held ? " in this section, other numbers 0," : "";
     const wrong = mistaken ? ` ${mistaken} of ${checked} checked came elsewhere.` : "";
     const who = sticksAsOne(this.app.state.model) ? "starts" : "starts whose motion returns";
     return `Of the ${who}${where} ${listed(ends)}: by sampling, no proof.${wrong}`;
