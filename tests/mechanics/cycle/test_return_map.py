@@ -352,6 +352,23 @@ def test_what_no_section_is_made_of_is_refused() -> None:
         ss.simulate(chain, d=[[0.1, 0.2]], t_end=1.0)
 
 
+def test_orbits_end_where_they_leave_the_ranges_that_were_given() -> None:
+    """Attractors were followed outside of them, where nothing has a derivative."""
+    block = ss.Oscillator(
+        V=0.1, friction=ss.Coulomb(mu=0.23), damping=0.039, forcing=ss.Harmonic(0.41, 1.5)
+    )
+    free = ss.return_map(block, event="landing")
+    narrow = ss.return_map(block, event="landing", domain=[(0.0, TURN), (-0.1, 0.1)])
+    points = np.array([[1.0, 0.0], [4.0, 0.05]])
+    there, here = free.iterate(points, 5), narrow.iterate(points, 5)
+    stays = np.logical_and.accumulate(narrow.contains(there[:, :-1]), axis=1)
+    np.testing.assert_array_equal(here[:, 1:][stays], there[:, 1:][stays])
+    assert np.isnan(here[:, 1:][~stays]).all()
+    assert 0 < stays.sum() < stays.size
+    left = ss.attractors(narrow, n_starts=8).left
+    assert left == ss.basins(narrow, n_samples=8).left == 1.0
+
+
 def test_orbits_are_followed_across_the_turn_of_the_phase() -> None:
     """A phase has no ends: orbits were lost where one of their events came to phase 2 pi."""
     block = ss.Oscillator(

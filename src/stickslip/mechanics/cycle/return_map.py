@@ -289,6 +289,13 @@ class ReturnMap(SpaceMap, SectionMap):
             inside &= (points >= low) & (points <= high)
         return np.asarray(inside.all(axis=-1))
 
+    def iterate(self, d: ArrayLike, n: int) -> Floats:
+        """Apply the map ``n`` times; NaN once an orbit has left the domain."""
+        orbits = super().iterate(d, n)
+        left = ~self.contains(orbits[..., :-1, :])
+        orbits[..., 1:, :][np.logical_or.accumulate(left, axis=-1)] = np.nan
+        return orbits
+
 
 class LineReturnMap(SectionMap, LineMap):
     """A return map of one dimension, a map of the line; `stickslip.return_map` makes it.
@@ -455,8 +462,8 @@ def return_map(
         Which entries of the state a point consists of, such as ``("phase", "x_2", "v_2")``;
         chosen by the numbers of the model otherwise: `ReturnMap.coordinates` tells.
     domain : (low, high) or sequence of such pairs, optional
-        Range of each number. Of a map of the line [0, 2 pi] for a phase, else an interval that
-        the map carries into itself; of more dimensions without bounds.
+        Range of each number, beyond which an orbit has left. Of a map of the line [0, 2 pi] for a
+        phase, else an interval that the map carries into itself; of more dimensions without bounds.
     rtol : float
         Local truncation error of the flow.
     max_events : int
