@@ -337,3 +337,17 @@ def test_slopes_are_right_close_to_a_root_like_corner(corner):
     np.testing.assert_allclose(f.derivative(x), wanted, rtol=1e-6)
     assert not len(f.gaps)
     assert not ss.breakpoints(f).of_kind("edge")
+
+
+@pytest.mark.parametrize("corner", [0.0, 0.3, -0.7])
+def test_both_derivatives_are_right_close_to_a_root_like_corner_that_moves(corner):
+    f = ss.PiecewiseMap(
+        lambda x, c: 0.6 * np.sqrt(np.abs(x - c)) - 0.1,
+        (-1.0, 1.0),
+        parameters={"c": corner},
+        breakpoints=lambda c: [c],
+    )
+    x = np.concatenate([corner + np.geomspace(1e-12, 0.1, 23) * side for side in (-1.0, 1.0)])
+    wanted = 0.3 * np.sign(x - corner) / np.sqrt(np.abs(x - corner))
+    np.testing.assert_allclose(f.derivative(x), wanted, rtol=1e-6)
+    np.testing.assert_allclose(f.parameter_derivative(x, "c"), -wanted, rtol=1e-6)

@@ -85,8 +85,20 @@ def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -
     smallest = np.finfo(np.float64).tiny / EPS  # of smaller ones steps are 0
     if smallest < abs(now) < 1 and rough.any():
         finer, doubt = extrapolated_difference(func, start, step * abs(now))
-        slope = np.where(rough & (doubt <= SHARP * np.abs(finer)), finer, slope)
+        sharp = rough & (doubt <= SHARP * np.abs(finer))
+        slope, error = np.where(sharp, finer, slope), np.where(sharp, doubt, error)
+    # Close to a root-like break that moves, slopes are so large that short steps leave digits.
+    if (share_unknown(slope, error) > SHARP).any():
+        closer, doubt = extrapolated_difference(func, start, SHARP * step * max(abs(now), 1.0))
+        better = share_unknown(closer, doubt) < share_unknown(slope, error)
+        slope = np.where(better, closer, slope)
     return slope
+
+
+def share_unknown(slope: Floats, error: Floats) -> Floats:
+    """Return how little of slopes is known: what differences of any size are chosen by."""
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(error / (1 + np.abs(slope)), nan=np.inf)
 
 
 def unlike_parameter(func: Callable[[Floats], Floats], now: float, slope: Floats) -> Bools:
@@ -123,7 +135,7 @@ def _neighbours(
     steps: Floats = np.ldexp(np.rint(np.ldexp(size, SIGNIFICANT)), exponent - SIGNIFICANT)
     points = np.stack([x + sign * h for h in steps for sign in (1.0, -1.0)])
     values = func(points.ravel())
-    good = np.isfinite(values)
+    good = np.isfinite(values) & (points != x).ravel()  # a step may be less than rounding
     if usable is not None:
         good &= usable(np.broadcast_to(x, points.shape).ravel(), points.ravel())
     values = np.where(good, values, np.nan).reshape(points.shape)

@@ -16,6 +16,7 @@ from stickslip.analysis.maps.differences import (
     complex_step,
     extrapolated_difference,
     parameter_difference,
+    share_unknown,
     unlike,
     unlike_parameter,
 )
@@ -273,11 +274,11 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         """Return slopes and errors; where differences tell little, by shorter ones."""
         func, same, (lo, hi) = self._values_inside, self._same_branch, self._domain
         slope, error = extrapolated_difference(func, x, hi - lo, same)
-        (rough,) = np.nonzero(~(error <= SHARP * (1 + np.abs(slope))))
+        (rough,) = np.nonzero(share_unknown(slope, error) > SHARP)
         # Close to a root-like corner slopes are so large that such short steps leave digits.
         if rough.size:
             closer, doubt = extrapolated_difference(func, x[rough], SHARP * (hi - lo), same)
-            better = doubt < error[rough]
+            better = share_unknown(closer, doubt) < share_unknown(slope[rough], error[rough])
             at = rough[better]
             slope[at], error[at] = closer[better], doubt[better]
         return slope, error
