@@ -11,7 +11,7 @@ from tests.sizes import sizes, slow
 import stickslip as ss
 from stickslip.analysis.bifurcations import explain
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
-from stickslip.analysis.bifurcations.scan import events
+from stickslip.analysis.bifurcations.scan import between, events
 from stickslip.analysis.bifurcations.scan import survey as scan
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
 from stickslip.analysis.bifurcations.scan.between import Range, _Between
@@ -243,6 +243,30 @@ def test_lists_where_pairs_of_events_may_hide_are_no_more_than_four_times_the_gr
     (told,) = survey.unresolved
     assert "pairs of events may hide at 76 values where no list is made" in told.reason
     assert (told.lo, told.hi) == pytest.approx((-0.28, 0.16), abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("ends", "max_period", "listed"),
+    [
+        ((2.91, 3.1), 1, [("flip", 3.0, 1, 1)]),  # its doubled orbit is not asked for
+        ((2.91, 3.1), 2, [("flip", 3.0, 1, 2)]),
+        ((3.81, 3.835), 3, [("fold", 1 + 8**0.5, 0, 2)]),
+        ((0.91, 3.1), 1, [("transcritical", 1.0, 1, 2), ("flip", 3.0, 1, 1)]),
+    ],
+)
+def test_an_event_that_two_lists_of_the_grid_tell_of_needs_no_others(
+    monkeypatch, ends, max_period, listed
+):
+    monkeypatch.setattr(between, "MAX_NODES", 0)
+    survey = surveyed(examples.logistic(3.0), "r", *ends, max_period=max_period, n=6)
+    assert not survey.unresolved
+    own = [
+        (event.kind, event.value, len(share.before), len(share.after))
+        for span in survey.spans
+        for event, share in zip(span.events, concerned_orbits(span)[0], strict=True)
+    ]
+    assert own == [(kind, pytest.approx(r, abs=1e-12), *n) for kind, r, *n in listed]
+    assert survey.n_nodes == 6
 
 
 def test_an_image_that_passes_to_another_branch_of_one_label_asks_for_no_list():

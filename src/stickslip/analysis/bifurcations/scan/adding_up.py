@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
     from stickslip.analysis.bifurcations.scan.events import Event
     from stickslip.analysis.bifurcations.scan.nodes import Node
-    from stickslip.analysis.bifurcations.scan.tracking import Span
+    from stickslip.analysis.bifurcations.scan.tracking import Piece, Span
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 
@@ -98,6 +98,16 @@ def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
 
 def _parents(event: Event, span: Span) -> tuple[set[int], set[int]]:
     """Places of the orbit that flips, in both lists; in one beside a fold that is as close."""
+
+    def off_event(piece: Piece) -> float:
+        near = piece.points[np.argmin(np.abs(piece.values - event.value))]
+        return float(np.abs(turned(event.points, near) - near).max())
+
+    alike = (piece for piece in span.pieces if piece.period == event.period)
+    passing = (one for one in alike if (one.multipliers[0] + 1) * (one.multipliers[-1] + 1) < 0)
+    piece = min(passing, key=off_event, default=None)
+    if piece is not None and piece.left is not None and piece.right is not None:
+        return {piece.left}, {piece.right}  # in lists that may be as far away as those of a grid
     nodes, loose = (span.left, span.right), (span.loose_left, span.loose_right)
     places = [node.find(event.points, PARENT * node.width) for node in nodes]
     found = [set[int]() if place is None else {place} for place in places]

@@ -149,6 +149,8 @@ class _Between:
             elif more and wide and not all(change.is_outside for change in unexplained):
                 middle = self._node(0.5 * (span.left.q + span.right.q))
                 todo += [(span.left, middle), (middle, span.right)]
+            elif not unexplained and (around := _about(span, fresh)):
+                self.found.spans.append(around)
             else:
                 self.found.spans.append(span)
                 self.found.unresolved += [*unexplained, *self._left_out(span, fresh)]
@@ -408,6 +410,20 @@ class _Between:
 def _place(span: Span, event: Event) -> float:
     """Value of an event; by its error it may lie a little beyond the span: lists keep order."""
     return min(max(event.value, span.left.q), span.right.q)
+
+
+def _about(span: Span, fresh: list[Event]) -> Span | None:
+    """Return a span about its only event where both its lists tell of no other; None if not so."""
+    inside = len(fresh) == 1 and span.left.q < fresh[0].value < span.right.q
+    if not inside or any(ending.event is not fresh[0] for ending in span.endings):
+        return None
+    crossing = ({piece.left for piece in span.pieces}, {piece.right for piece in span.pieces})
+    loose = [
+        [k for k in places if k not in there]
+        for places, there in zip((span.loose_left, span.loose_right), crossing, strict=True)
+    ]
+    around = replace(span, events=fresh, endings=[], loose_left=loose[0], loose_right=loose[1])
+    return around if adds_up(around) else None
 
 
 def _changes(span: Span) -> int:
