@@ -18,6 +18,7 @@ from stickslip.analysis.maps.protocol import (
     MapValues,
     base_and_exponent,
 )
+from stickslip.analysis.orbits.newton import solve_orbit
 
 BY_DIFFERENCES = 1e-8  # of the scale of the values
 EXAMPLES = [
@@ -351,3 +352,12 @@ def test_both_derivatives_are_right_close_to_a_root_like_corner_that_moves(corne
     wanted = 0.3 * np.sign(x - corner) / np.sqrt(np.abs(x - corner))
     np.testing.assert_allclose(f.derivative(x), wanted, rtol=1e-6)
     np.testing.assert_allclose(f.parameter_derivative(x, "c"), -wanted, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("power", "slope"), [(1 / 2, np.inf), (1 / 3, np.inf), (1, 1.0)])
+def test_the_slope_at_a_root_is_infinite_and_no_orbit_is_taken_to_be_there(power, slope):
+    """By complex step it was 7e14, so large that an orbit 1e-3 away counted as rounding."""
+    f = ss.PiecewiseMap(lambda x: 1e-3 + x**power, (0.0, 1.0))
+    wanted = [slope, power * 0.25 ** (power - 1)]
+    np.testing.assert_allclose(f.derivative([0.0, 0.25]), wanted, rtol=1e-12)
+    assert solve_orbit(f, np.array([0.0])).quality == "failed"

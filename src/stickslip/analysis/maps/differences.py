@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     Usable: TypeAlias = Callable[[Floats, Floats], Bools] | None
 
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
+STEEP: Final = 1e7  # slope that may be infinite: a float beside a root has hardly more
 FIRST_STEP: Final = 1 / 64  # of the scale
 # Of a step, the next one. Over jumps of a sawtooth, n of them and m, steps of the ratio m / n agree
 # on a wrong slope: the square of the golden ratio is far from all such fractions.
@@ -34,8 +35,18 @@ LIKE: Final = 1e-3  # of differences: a slope that was given may be this far fro
 
 def complex_step(func: Callable[[NDArray[np.complex128]], Any], x: Floats) -> Floats:
     """Differentiate an analytic function to rounding, Im f(x + ih) / h; nonsense for ``abs``."""
-    shifted = np.asarray(x, dtype=np.complex128) + 1j * COMPLEX_STEP
-    slope: Floats = np.imag(func(shifted)) / COMPLEX_STEP
+    slope = _imaginary_rise(func, x, COMPLEX_STEP)
+    steep = np.abs(slope) > STEEP
+    if steep.any():  # at a root itself the step takes the place of a distance
+        shorter = _imaginary_rise(func, x[steep], COMPLEX_STEP**2)
+        grows = np.abs(shorter) > 2 * np.abs(slope[steep])
+        slope[steep] = np.where(grows, np.copysign(np.inf, shorter), slope[steep])
+    return slope
+
+
+def _imaginary_rise(func: Callable[[NDArray[np.complex128]], Any], x: Floats, h: float) -> Floats:
+    shifted = np.asarray(x, dtype=np.complex128) + 1j * h
+    slope: Floats = np.imag(func(shifted)) / h
     # A constant may come back as one number.
     return np.broadcast_to(slope, shifted.shape).copy()
 
@@ -57,7 +68,7 @@ def extrapolated_difference(
     slope, error = np.full(x.shape, np.nan), np.full(x.shape, np.inf)
     for column, power in candidates:
         found, doubt = _best_entry(column, h**power, rounding)
-        better = doubt < error
+        better = share_unknown(found, doubt) < share_unknown(slope, error)
         slope, error = np.where(better, found, slope), np.where(better, doubt, error)
     return slope, error
 
@@ -163,9 +174,10 @@ def _best_entry(column: Floats, size: Floats, rounding: Floats) -> tuple[Floats,
         rounding = rounding[1:]
         doubt = np.abs(finer - column[1:]) + np.abs(finer - column[:-1]) + rounding
         doubt = np.where(np.isnan(doubt), np.inf, doubt)
-        row = np.argmin(doubt, axis=0)
+        # Steps as short as rounding agree on next to nothing where slopes are large.
+        row = np.argmin(share_unknown(finer, doubt), axis=0)
         found, least = (np.take_along_axis(a, row[None], axis=0)[0] for a in (finer, doubt))
-        better = least < error
+        better = share_unknown(found, least) < share_unknown(best, error)
         best, error = np.where(better, found, best), np.where(better, least, error)
         column = finer
     return best, error
