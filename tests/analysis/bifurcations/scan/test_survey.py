@@ -338,6 +338,17 @@ def test_folds_beside_a_flip_or_pitchfork_whose_lists_show_the_other_criticality
     assert not [told for span in about for told in concerned_orbits(span)[1]]
 
 
+@pytest.mark.parametrize("text", ["-a * x", "0.3 - a * x", "a / (x + 2) - a / 2.1 + 0.1 * a"])
+def test_an_orbit_that_a_flip_doubles_at_its_value_only_is_not_missed(text):
+    """On a straight branch, and where f is a quotient of such: f(f(x)) = x at the flip."""
+    f = ss.PiecewiseMap(text, (-1.0, 1.0), parameters={"a": 1.0})
+    lo, hi = (0.9, 1.1) if "/" not in text else (1.0, 20.0)
+    survey = surveyed(f, "a", lo, hi, max_period=2, n=6)
+    assert [event.kind for event in survey.events] == ["flip"]
+    assert not survey.unresolved
+    changes(survey)
+
+
 def test_an_event_at_the_end_of_the_range():
     survey = surveyed(examples.logistic(3.0), "r", 3.0, 3.2, max_period=2)
     (event,) = survey.events

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Flip
+from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.orbits.newton import turned
 
@@ -155,13 +156,26 @@ def _adds_up(
             for other in span.events
         )
         if sorted([lost, born]) != [[], doubled if within else []]:
-            return False
+            return not (lost or born) and _leaves_at_once(event, span)
         return not within or _as_foretold(event, orbits_lost + orbits_born)
     # Beyond a fold that is as close, the other one of two orbits is there.
     there = np.array(event.located.reading.multipliers) - 1.0
     same = (orbit for orbit in orbits_lost + orbits_born if orbit.period == event.period)
     folded = any((there * (orbit.multiplier - 1.0) < 0).all() for orbit in same)
     return bool(lost or born) and not folded
+
+
+def _leaves_at_once(event: Event, span: Span) -> bool:
+    """Whether a doubled orbit would be larger than the domain in both lists, u^2 = |m + 1| / |c|.
+
+    So it is on straight branches and others without a cubic coefficient: it lives at the flip only.
+    """
+    f = span.left.f
+    cubic = flip_coefficient(getattr(f, "whole", f), event.points)
+    least = (abs(cubic.value) + cubic.error) * span.left.width**2
+    lists = zip((span.left, span.right), _parents(event, span), strict=True)
+    parents = [orbit for node, places in lists for orbit in node.select(places)]
+    return all(abs(orbit.multiplier + 1) > least for orbit in parents)
 
 
 def _as_foretold(event: Event, orbits: list[PeriodicOrbit]) -> bool:
