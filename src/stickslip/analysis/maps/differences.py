@@ -125,7 +125,8 @@ def extrapolated_second_difference(
     """Differentiate twice, as `extrapolated_difference` once; both neighbours must be usable."""
     h, centre, forward, backward = _neighbours(func, x, scale, usable, n_steps)
     second = (forward - 2 * centre + backward) / h**2
-    return _best_entry(second, h**2, 4 * EPS * np.abs(centre) / h**2)
+    rounding = 4 * EPS * np.abs(centre) / h**2
+    return _best_entry(second, h**2, rounding, lambda found, doubt: doubt)  # it has a unit
 
 
 def _rises(
@@ -163,7 +164,12 @@ def _sides_meet(ahead: Floats, behind: Floats, centre: Floats, h: Floats) -> Boo
     return np.concatenate([approach, last]) | (split <= noise)
 
 
-def _best_entry(column: Floats, size: Floats, rounding: Floats) -> tuple[Floats, Floats]:
+def _best_entry(
+    column: Floats,
+    size: Floats,
+    rounding: Floats,
+    unknown: Callable[[Floats, Floats], Floats] = share_unknown,
+) -> tuple[Floats, Floats]:
     """Extrapolate a column whose error is a series in ``size``; pick by agreement past rounding."""
     best = np.full(column.shape[1:], np.nan)
     error = np.full(column.shape[1:], np.inf)
@@ -175,9 +181,9 @@ def _best_entry(column: Floats, size: Floats, rounding: Floats) -> tuple[Floats,
         doubt = np.abs(finer - column[1:]) + np.abs(finer - column[:-1]) + rounding
         doubt = np.where(np.isnan(doubt), np.inf, doubt)
         # Steps as short as rounding agree on next to nothing where slopes are large.
-        row = np.argmin(share_unknown(finer, doubt), axis=0)
+        row = np.argmin(unknown(finer, doubt), axis=0)
         found, least = (np.take_along_axis(a, row[None], axis=0)[0] for a in (finer, doubt))
-        better = share_unknown(found, least) < share_unknown(best, error)
+        better = unknown(found, least) < unknown(best, error)
         best, error = np.where(better, found, best), np.where(better, least, error)
         column = finer
     return best, error
