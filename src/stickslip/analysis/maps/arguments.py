@@ -21,13 +21,13 @@ def map_of(f: object) -> Any:
 def line_map(f: object, role: str = "f") -> Map1D:
     """Return a map of the line, or a model's; refuse anything else."""
     found = map_of(f)
-    if isinstance(found, Map1D) and not isinstance(found, MapND):
-        return found
     if isinstance(found, MapND):
         raise ValueError(
             f"{role} = {shown(f)} is a map of {found.dimension} numbers, or has one: the question "
             "is one about maps of the line, such as the event map of two blocks."
         )
+    if isinstance(found, Map1D):
+        return found
     raise ValueError(
         f"{role} = {shown(f)} is neither a map of the line nor a model that has one. Take "
         "ss.event_map(model), ss.PiecewiseMap(...) or a model such as ss.TwoBlock(...)."
