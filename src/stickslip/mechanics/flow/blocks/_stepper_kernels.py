@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from stickslip.mechanics.flow._sliding_kernels import CLEARANCE
 from stickslip.mechanics.flow.blocks.joint import DEPENDENT, begin, couple, saltation_together
 from stickslip.mechanics.flow.blocks.system import (
+    GROUP,
     BlockMotion,
     BlockSystem,
     BlockWork,
@@ -690,14 +691,22 @@ def tangents(
 ) -> None:
     """Carry every tangent column over the step by its own Taylor series."""
     law_gradients(laws, motion, work)
-    for column in range(motion.tangent_z.shape[1]):
-        tangent_series(system, motion, work, column)
+    if COUPLED:
+        for j in range(motion.mode.shape[0]):
+            _, motion.joint.rate[j], _ = jet(work.joint.drive[j], h)
+    n_columns = motion.tangent_z.shape[1]
+    for first in range(0, n_columns, GROUP):
+        last = min(first + GROUP, n_columns)
+        tangent_series(system, motion, work, first, last)
+        for j in range(motion.z.shape[0]):
+            values_of_group(work.d_z[j], h, work.d_row)
+            for column in range(first, last):
+                motion.tangent_z[j, column] = work.d_row[column - first]
         if COUPLED:
             for j in range(motion.mode.shape[0]):
-                _, motion.joint.rate[j], _ = jet(work.joint.drive[j], h)
-                motion.joint.tangent[j, column] = value(work.joint.d_drive[j], h)
-        for j in range(motion.z.shape[0]):
-            motion.tangent_z[j, column] = value(work.d_z[j], h)
+                values_of_group(work.joint.d_drive[j], h, work.d_row)
+                for column in range(first, last):
+                    motion.joint.tangent[j, column] = work.d_row[column - first]
 
 
 @kernel
@@ -730,11 +739,15 @@ def tangents_at_times(
                 z[k, j - waves] = here
                 for column in range(motion.tangent_z.shape[1]):
                     moved[k, j - waves, column] = -rate * motion.tangent_clock[column]
-        for column in range(motion.tangent_z.shape[1]):
-            tangent_series(system, motion, work, column)
+        n_columns = motion.tangent_z.shape[1]
+        for group in range(0, n_columns, GROUP):
+            last = min(group + GROUP, n_columns)
+            tangent_series(system, motion, work, group, last)
             for k in range(first, end):
                 for j in range(waves, motion.z.shape[0]):
-                    moved[k, j - waves, column] += value(work.d_z[j], t[k])
+                    values_of_group(work.d_z[j], t[k], work.d_row)
+                    for column in range(group, last):
+                        moved[k, j - waves, column] += work.d_row[column - group]
         first = end
 
 
@@ -769,46 +782,72 @@ def law_gradients(laws: Floats, motion: BlockMotion, work: BlockWork) -> None:
         series_tangent(laws[row], mode, work.rows[i], ORDER, varied)
 
 
+@kernel(inline=True)
+def values_of_group(c: Floats, t: float, values: Floats) -> None:
+    """Sum ``c[k] t^k`` for each of a group of tangents."""
+    # Here and below the group is written out: of four sums the compiler makes one of vectors.
+    p = q = r = s = 0.0
+    for k in range(c.shape[0] - 1, -1, -1):
+        p = p * t + c[k, 0]
+        q = q * t + c[k, 1]
+        r = r * t + c[k, 2]
+        s = s * t + c[k, 3]
+    values[0], values[1], values[2], values[3] = p, q, r, s
+
+
 @kernel
 def tangent_series(
     system: BlockSystem,
     motion: BlockMotion,
     work: BlockWork,
-    column: int,
+    first: int,
+    last: int,
 ) -> None:
-    """Series of one tangent column: the linearised equations, driven by its direction."""
+    """Series of a group of tangent columns: the linearised equations, driven by their directions.
+
+    Columns from `last` on are zeros.
+    """
+    # All of a group is written at once: to read it together, a processor waits for single entries.
     d_z, d_w = work.d_z, work.d_w
+    n_varied = 0  # columns of the group up to the last whose parameters vary
+    for column in range(first, last):
+        if motion.directions.varies[column]:
+            n_varied = column - first + 1
     for j in range(motion.z.shape[0]):
         d_z[j] = 0.0
-        d_z[j, 0] = motion.tangent_z[j, column]
+        for column in range(first, last):
+            d_z[j, 0, column - first] = motion.tangent_z[j, column]
     for i in range(motion.y.shape[0]):
         if not work.bends[i]:
-            d_z[i, 1] = row_tangent_coefficient(system, motion, work, i, column, 0)
+            row_tangents(system, motion, work, i, first, n_varied, 0, d_z[i, 1])
     for k in range(ORDER + COUPLED):
         if FEET:
-            foot_tangents(system, motion, work, column, k)
+            foot_tangents(system, motion, work, first, n_varied, k)
         for a in range(work.n_active[0]):
             i = work.active[a]
-            row = needed_row(motion, i)
-            pull = friction_tangent(system, motion, work, i, column, k)
-            if COUPLED:
-                work.joint.d_drive[i, k] = pull
-                continue
-            if FEET and system.foot[i] >= 0:
-                continue
-            pull -= row_tangent_coefficient(system, motion, work, row, column, k)
-            pull -= motion.directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
-            d_w[i, k + 1] = pull / (system.mass[i] * (k + 1))
+            pulls = work.joint.d_drive[i, k] if COUPLED else d_w[i, k + 1]
+            friction_tangents(system, motion, work, i, first, n_varied, k, pulls)
+            if not COUPLED and not (FEET and system.foot[i] >= 0):
+                row = needed_row(motion, i)
+                row_tangents(system, motion, work, row, first, n_varied, k, work.d_row)
+                for c in range(GROUP):
+                    pulls[c] -= work.d_row[c]
+                for c in range(n_varied):
+                    change = motion.directions.mass[first + c, i]
+                    pulls[c] -= change * (k + 1) * work.w[i, k + 1]
+                for c in range(GROUP):
+                    pulls[c] /= system.mass[i] * (k + 1)
         if COUPLED:
-            couple_tangents(system, motion, work, column, k)
+            couple_tangents(system, motion, work, first, n_varied, k)
         if k == ORDER:
             break
         for a in range(work.n_active[1]):
             i = work.flowing[a]
-            change = row_tangent_coefficient(system, motion, work, i, column, k)
-            d_z[i, k + 1] = change / (k + 1)
+            row_tangents(system, motion, work, i, first, n_varied, k, d_z[i, k + 1])
+            for c in range(GROUP):
+                d_z[i, k + 1, c] /= k + 1
     if FEET and not COUPLED:
-        foot_tangents(system, motion, work, column, ORDER)
+        foot_tangents(system, motion, work, first, n_varied, ORDER)
 
 
 @kernel
@@ -816,7 +855,8 @@ def foot_tangents(
     system: BlockSystem,
     motion: BlockMotion,
     work: BlockWork,
-    column: int,
+    first: int,
+    n_varied: int,
     k: int,
 ) -> None:
     """Differentiate `expand_feet`, and for k = 0 where the feet are."""
@@ -824,45 +864,53 @@ def foot_tangents(
         i = work.active[a]
         if system.foot[i] < 0:
             continue
-        work.d_w[i, k] = 0.0
+        d_w = work.d_w[i, k]
+        d_w[:] = 0.0
         needed, limit = needed_row(motion, i), limit_row(motion, i)
+        own, of_limit = work.d_rates[0], work.d_rates[1]
         if k == 0:
-            off = row_tangent_coefficient(system, motion, work, needed, column, 0)
-            off -= friction_tangent(system, motion, work, i, column, 0)
-            work.d_z[system.foot[i], 0] -= off / system.mass[i]
+            foot = work.d_z[system.foot[i], 0]
+            friction_tangents(system, motion, work, i, first, n_varied, 0, own)
+            row_tangents(system, motion, work, needed, first, n_varied, 0, work.d_row)
+            for c in range(GROUP):
+                foot[c] -= (work.d_row[c] - own[c]) / system.mass[i]
         share = motion.mode[i] * work.rows[i, FORCE_ROW, 0]
-        rate = rate_tangent_coefficient(system, motion, work, needed, column, k)
-        rate += share * rate_tangent_coefficient(system, motion, work, limit, column, k)
-        if motion.directions.varies[column]:
+        rate_tangents(system, motion, work, needed, first, n_varied, k, own)
+        rate_tangents(system, motion, work, limit, first, n_varied, k, of_limit)
+        for c in range(GROUP):
+            d_w[c] = own[c] + share * of_limit[c]
+        for c in range(n_varied):
             change = 0.0
             for j in range(motion.directions.laws.shape[2]):
-                change += motion.directions.laws[column, i, j] * work.rows[i, GRADIENT_ROW + j, 0]
-            rate += motion.mode[i] * change * rate_coefficient(system, work, limit, k)
-        work.d_w[i, k] = -rate / system.mass[i]
+                d_parameter = motion.directions.laws[first + c, i, j]
+                change += d_parameter * work.rows[i, GRADIENT_ROW + j, 0]
+            d_w[c] += motion.mode[i] * change * rate_coefficient(system, work, limit, k)
+        for c in range(GROUP):
+            d_w[c] = -d_w[c] / system.mass[i]
 
 
 @kernel
-def rate_tangent_coefficient(
+def rate_tangents(
     system: BlockSystem,
     motion: BlockMotion,
     work: BlockWork,
     row: int,
-    column: int,
+    first: int,
+    n_varied: int,
     k: int,
-) -> float:
-    """Coefficient k of the derivative of the rate of a row that depends on y alone."""
-    change = 0.0
+    rates: Floats,
+) -> None:
+    """Coefficient k of the derivatives of the rate of a row that depends on y alone."""
+    rates[:] = 0.0
     for entry in range(system.first[row], system.first[row + 1]):
-        own = system.column[entry]
-        moved = row_tangent_coefficient(system, motion, work, own, column, k)
-        change += system.entry[entry] * moved
-    if motion.directions.varies[column]:
-        for entry in range(
-            motion.directions.first[column, row], motion.directions.first[column, row + 1]
-        ):
+        row_tangents(system, motion, work, system.column[entry], first, n_varied, k, work.d_row)
+        for c in range(GROUP):
+            rates[c] += system.entry[entry] * work.d_row[c]
+    for c in range(n_varied):
+        places = motion.directions.first[first + c]
+        for entry in range(places[row], places[row + 1]):
             own = motion.directions.column[entry]
-            change += motion.directions.entry[entry] * row_coefficient(system, work, own, k)
-    return change
+            rates[c] += motion.directions.entry[entry] * row_coefficient(system, work, own, k)
 
 
 @kernel
@@ -870,97 +918,114 @@ def couple_tangents(
     system: BlockSystem,
     motion: BlockMotion,
     work: BlockWork,
-    column: int,
+    first: int,
+    n_varied: int,
     k: int,
 ) -> None:
     """Differentiate what `couple_series` finds."""
     joint, n = motion.joint, motion.mode.shape[0]
-    own = work.joint.d_own
     for i in range(n):
-        row = needed_row(motion, i)
-        own[i] = row_tangent_coefficient(system, motion, work, row, column, k)
-        if motion.directions.varies[column]:
+        own = work.joint.d_own[i]
+        row_tangents(system, motion, work, needed_row(motion, i), first, n_varied, k, own)
+        for c in range(n_varied):
             for j in range(n):
-                own[i] -= motion.directions.coupling[column, i, j] * work.joint.force[j, k]
+                own[c] -= motion.directions.coupling[first + c, i, j] * work.joint.force[j, k]
         if motion.mode[i] == 0:
-            work.joint.d_drive[i, k] = own[i] if joint.bears[i] else 0.0
+            for c in range(GROUP):
+                work.joint.d_drive[i, k, c] = own[c] if joint.bears[i] else 0.0
     for i in range(n):
         if FEET and system.foot[i] >= 0:
             continue
         if motion.mode[i] != 0 and k < ORDER:
-            pull = -own[i] - motion.directions.mass[column, i] * (k + 1) * work.w[i, k + 1]
+            pulls = work.d_w[i, k + 1]
+            for c in range(GROUP):
+                pulls[c] = -work.joint.d_own[i, c]
+            for c in range(n_varied):
+                change = motion.directions.mass[first + c, i]
+                pulls[c] -= change * (k + 1) * work.w[i, k + 1]
             for j in range(n):
-                pull += joint.response[i, j] * work.joint.d_drive[j, k]
-            work.d_w[i, k + 1] = pull / (system.mass[i] * (k + 1))
+                for c in range(GROUP):
+                    pulls[c] += joint.response[i, j] * work.joint.d_drive[j, k, c]
+            for c in range(GROUP):
+                pulls[c] /= system.mass[i] * (k + 1)
 
 
 @kernel(inline=True)
-def row_tangent_coefficient(
+def row_tangents(
     system: BlockSystem,
     motion: BlockMotion,
     work: BlockWork,
     row: int,
-    column: int,
+    first: int,
+    n_varied: int,
     k: int,
-) -> float:
-    """Coefficient k of the derivative of a row."""
-    change = 0.0
+    total: Floats,
+) -> None:
+    """Coefficient k of the derivatives of a row."""
+    d_z = work.d_z
+    p = q = r = s = 0.0
     for entry in range(system.first[row], system.first[row + 1]):
-        change += system.entry[entry] * work.d_z[system.column[entry], k]
-    if motion.directions.varies[column]:
+        share, j = system.entry[entry], system.column[entry]
+        p += share * d_z[j, k, 0]
+        q += share * d_z[j, k, 1]
+        r += share * d_z[j, k, 2]
+        s += share * d_z[j, k, 3]
+    total[0], total[1], total[2], total[3] = p, q, r, s
+    for c in range(n_varied):
         if k == 0:
-            change += motion.directions.constant[column, row]
-        for entry in range(
-            motion.directions.first[column, row], motion.directions.first[column, row + 1]
-        ):
-            change += motion.directions.entry[entry] * work.z[motion.directions.column[entry], k]
-    return change
+            total[c] += motion.directions.constant[first + c, row]
+        places = motion.directions.first[first + c]
+        for entry in range(places[row], places[row + 1]):
+            total[c] += motion.directions.entry[entry] * work.z[motion.directions.column[entry], k]
 
 
 @kernel(inline=True)
-def friction_tangent(
+def friction_tangents(
     system: BlockSystem,
     motion: BlockMotion,
     work: BlockWork,
     block: int,
-    column: int,
+    first: int,
+    n_varied: int,
     k: int,
-) -> float:
-    """Coefficient k of the derivative of the force -mode L F(mode w; parameters)."""
-    mode = motion.mode[block]
-    changed = 0.0
+    total: Floats,
+) -> None:
+    """Coefficient k of the derivatives of the force -mode L F(mode w; parameters)."""
+    mode, slope, d_w = motion.mode[block], work.rows[block, SLOPE_ROW], work.d_w[block]
+    p = q = r = s = 0.0
     for j in range(k + 1):
-        changed += work.rows[block, SLOPE_ROW, j] * work.d_w[block, k - j]
-    changed *= mode
-    if motion.directions.varies[column] or is_loaded(system, motion, block):
-        work.d_force[block, k] = changed
-        return -mode * varied_friction(system, motion, work, block, column, k)
-    return -mode * motion.limit[block] * changed
+        p += slope[j] * d_w[k - j, 0]
+        q += slope[j] * d_w[k - j, 1]
+        r += slope[j] * d_w[k - j, 2]
+        s += slope[j] * d_w[k - j, 3]
+    changed = work.d_force[block, k]
+    changed[0], changed[1], changed[2], changed[3] = mode * p, mode * q, mode * r, mode * s
+    for c in range(GROUP):
+        total[c] = -mode * motion.limit[block] * changed[c]
+    loaded = is_loaded(system, motion, block)
+    if loaded or n_varied > 0:
+        row = limit_row(motion, block)
+        row_tangents(system, motion, work, row, first, n_varied, k, work.d_limit[block, k])
+        for c in range(GROUP if loaded else n_varied):
+            total[c] = -mode * varied_friction(motion, work, block, first, n_varied, c, k)
 
 
 @kernel
 def varied_friction(
-    system: BlockSystem,
-    motion: BlockMotion,
-    work: BlockWork,
-    block: int,
-    column: int,
-    k: int,
+    motion: BlockMotion, work: BlockWork, block: int, first: int, n_varied: int, c: int, k: int
 ) -> float:
     """Coefficient k of the derivative of L F where parameters or L vary too."""
-    # ``work.d_force`` holds that of F by the speed.
+    # ``work.d_force`` holds that of F by the speed, ``work.d_limit`` that of L.
     d_limit, d_force = work.d_limit[block], work.d_force[block]
-    if motion.directions.varies[column]:
+    if c < n_varied:
         for j in range(motion.directions.laws.shape[2]):
-            d_parameter = motion.directions.laws[column, block, j]
+            d_parameter = motion.directions.laws[first + c, block, j]
             if d_parameter != 0.0:
-                d_force[k] += d_parameter * work.rows[block, GRADIENT_ROW + j, k]
-    row = limit_row(motion, block)
-    d_limit[k] = row_tangent_coefficient(system, motion, work, row, column, k)
+                d_force[k, c] += d_parameter * work.rows[block, GRADIENT_ROW + j, k]
     changed = 0.0
     for j in range(k + 1):
-        changed += work.limit[block, j] * d_force[k - j]
-        changed += d_limit[j] * work.rows[block, FORCE_ROW, k - j]
+        changed += work.limit[block, j] * d_force[k - j, c]
+        changed += d_limit[j, c] * work.rows[block, FORCE_ROW, k - j]
     return changed
 
 

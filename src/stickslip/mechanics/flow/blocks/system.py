@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+GROUP = 4  # tangents whose series are found together
+
 
 class JointSystem(NamedTuple):
     """Numbers of m contacts that share inertia."""
@@ -248,8 +250,13 @@ class JointWork(NamedTuple):
 
     drive: Floats  # as in `Joint`
     force: Floats  # of all contacts
-    d_drive: Floats  # of one tangent
-    d_own: Floats  # (m,), a coefficient
+    d_drive: Floats  # (m, order + 1, GROUP), of tangents
+    d_own: Floats  # (m, GROUP), a coefficient
+
+
+def _new_joint_work(m: int, size: int) -> JointWork:
+    drive, force = np.zeros((2, m, size))
+    return JointWork(drive, force, np.zeros((m, size, GROUP)), np.zeros((m, GROUP)))
 
 
 class BlockWork(NamedTuple):
@@ -261,10 +268,12 @@ class BlockWork(NamedTuple):
     signal: Floats  # the polynomial that is searched
     limit: Floats  # (m, order + 1)
     rows: Floats  # (m, rows of a law, order + 1)
-    d_z: Floats  # of one tangent: y, then w
+    d_z: Floats  # (n, order + 1, GROUP), of tangents: y, then w
     d_w: Floats
-    d_limit: Floats  # (m, order + 1), as d_force
+    d_limit: Floats  # (m, order + 1, GROUP), as d_force
     d_force: Floats
+    d_row: Floats  # (GROUP,), a coefficient or values of tangents
+    d_rates: Floats  # (2, GROUP)
     joint: Any  # JointWork
     rates: Floats  # w' at the end of a step
     deviation: Floats  # from steady sliding
@@ -281,7 +290,7 @@ def new_block_work(system: BlockSystem, n_rows: int, order: int) -> BlockWork:
     """Scratch arrays for one motion."""
     m, size = len(system.mass), order + 1
     n = len(system.constant) - m
-    z, d_z = np.zeros((n, size)), np.zeros((n, size))
+    z, d_z = np.zeros((n, size)), np.zeros((n, size, GROUP))
     return BlockWork(
         z=z,
         y=z[: n - m],
@@ -291,9 +300,11 @@ def new_block_work(system: BlockSystem, n_rows: int, order: int) -> BlockWork:
         rows=np.zeros((m, n_rows, size)),
         d_z=d_z,
         d_w=d_z[n - m :],
-        d_limit=np.zeros((m, size)),
-        d_force=np.zeros((m, size)),
-        joint=system.joint and JointWork._make((*np.zeros((3, m, size)), np.zeros(m))),
+        d_limit=np.zeros((m, size, GROUP)),
+        d_force=np.zeros((m, size, GROUP)),
+        d_row=np.zeros(GROUP),
+        d_rates=np.zeros((2, GROUP)),
+        joint=system.joint and _new_joint_work(m, size),
         rates=np.zeros(m),
         deviation=np.zeros(m),
         factor=np.zeros((m, m)),
