@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from stickslip.analysis.maps.protocol import apart, lengths, reduced, sample
+from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced
 from stickslip.analysis.orbits.newton import Solutions, monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
 from stickslip.checks import MOST_KEPT, whole_number
@@ -266,17 +266,17 @@ def search_orbits(
     """Search for orbits of a map of R^n as `periodic_orbits` does, from seeds in the domain."""
     wanted = wanted_periods(max_period, period)
     n_starts = whole_number("n_starts", n_starts, at_most=MOST_KEPT)
-    orbits: list[PeriodicOrbitND] = []
+    found: list[PeriodicOrbitND] = []
     unseen: list[Unseen] = []
     n_evaluations = 0
     for p in wanted:
         doing(f"orbits of period {p} of {wanted[-1]}")
-        census = _searched(f, p, n_starts, [orbit.points for orbit in orbits])
+        census = _searched(f, p, n_starts, [orbit.points for orbit in found])
         n_evaluations += census.n_evaluations
-        orbits += census.orbits()
+        found += census.orbits()
         unseen.append(census.unseen(p))
     doing("")
-    return OrbitListND(tuple(orbits), wanted[-1], tuple(unseen), n_starts, n_evaluations)
+    return OrbitListND(tuple(found), wanted[-1], tuple(unseen), n_starts, n_evaluations)
 
 
 def _searched(f: MapND, p: int, n_starts: int, shorter: list[Floats]) -> _Census:
@@ -299,26 +299,21 @@ def _searched(f: MapND, p: int, n_starts: int, shorter: list[Floats]) -> _Census
 class _Pool:
     """Points spread over the domain, early and late iterates, points of known orbits; images."""
 
-    def __init__(self, f: MapND, n_before: int, count: int, orbits: list[Floats]) -> None:
+    def __init__(self, f: MapND, n_before: int, count: int, known_orbits: list[Floats]) -> None:
         self.f, self.rng = f, np.random.default_rng(n_before)
         x = f.spread(n_before + min(max(count // EARLY, POOL[0]), POOL[1]))[n_before:]
-        known = np.concatenate([x[:0], *orbits])
+        known = np.concatenate([x[:0], *known_orbits])
         kept = self.rng.permutation(len(known))[: POOL[1] * EARLY]
         points = [known[kept]]
-        images = [np.concatenate([x[:0], *(np.roll(o, -1, axis=0) for o in orbits)])[kept]]
-        for k in range(LATE[1]):
-            values = sample(f, x).value
-            stay = np.isfinite(values).all(axis=-1)
-            if k < EARLY or k >= LATE[0]:
-                points.append(x[stay])
-                images.append(values[stay])
-            x = values[stay]
-        self.points = np.concatenate(points)
+        images = [np.concatenate([x[:0], *(np.roll(o, -1, axis=0) for o in known_orbits)])[kept]]
+        paths = orbits(f, x, LATE[1])
+        for k in (*range(EARLY), *range(*LATE)):
+            stay = np.isfinite(paths[:, k + 1]).all(axis=-1)
+            points.append(paths[stay, k])
+            images.append(paths[stay, k + 1])
+        self.points, self.images = np.concatenate(points), np.concatenate(images)
         width = self.points.max(axis=0, initial=-np.inf) - self.points.min(axis=0, initial=np.inf)
-        width = np.where(width > 0.0, width, 1.0)
-        parts = np.array_split(np.concatenate(images), PARTS)
-        far = (apart(f, part[:, None], self.points) / width for part in parts)
-        self.nearest = np.concatenate([np.abs(d).max(axis=-1).argsort(axis=1) for d in far])
+        self.width = np.where(width > 0.0, width, 1.0)
 
     def guesses(self, p: int, count: int) -> Floats:
         """Cyclic sequences (count, p, n) of points: a part are orbits, the others walks."""
@@ -326,11 +321,9 @@ class _Pool:
         if not size:
             return np.empty((0, p, self.f.dimension))
         starts = self.rng.integers(0, size, count)
-        orbits = [self.points[starts[: count // ORBITS]]]
-        for _ in range(p - 1):
-            orbits.append(sample(self.f, orbits[-1]).value)
+        followed = orbits(self.f, self.points[starts[: count // ORBITS]], p - 1)
         walks = self._walks(starts[count // ORBITS :], p)
-        return np.concatenate([np.stack(orbits, axis=1), self.points[walks]])
+        return np.concatenate([followed, self.points[walks]])
 
     def _walks(self, at: Indices, p: int) -> Indices:
         """Pseudo-orbits (m, p): from a point to one of the r nearest to its image.
@@ -342,8 +335,15 @@ class _Pool:
         walk = [at]
         for _ in range(p - 1):
             rank = (self.rng.random(len(at)) * reach).astype(np.intp)
-            walk.append(self.nearest[walk[-1], rank])
+            rows, which = np.unique(walk[-1], return_inverse=True)
+            walk.append(self._nearest(rows)[which, rank])
         return np.stack(walk, axis=1)
+
+    def _nearest(self, rows: Indices) -> Indices:
+        """All points from the nearest to the image of one to the farthest, a row for each."""
+        parts = np.array_split(self.images[rows], PARTS)
+        far = (apart(self.f, part[:, None], self.points) / self.width for part in parts)
+        return np.concatenate([np.abs(d).max(axis=-1).argsort(axis=1) for d in far])
 
 
 class _Census:

@@ -25,13 +25,14 @@ from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced, wi
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
+from stickslip.numerics.processes import in_processes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent
     from stickslip.analysis.maps.protocol import FamilyND, Floats
-    from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND
+    from stickslip.analysis.orbits.orbits_nd import OrbitListND, PeriodicOrbitND
 
 N_LISTS: Final = 12
 N_STARTS: Final = 64
@@ -54,6 +55,30 @@ KINDS: Final[dict[str, str]] = {
 }
 
 
+def _listed(
+    f: FamilyND, name: str, max_period: int, n_starts: int, q: float
+) -> OrbitListND | UnresolvedChange:
+    """List orbits at a value of the parameter, or tell that this failed."""
+    noted: list[UnresolvedChange] = []
+
+    def found() -> OrbitListND:
+        return search_orbits(f.replace(**{name: q}), max_period, None, n_starts)
+
+    orbits_there = attempted(found, "a list of orbits", q, q, noted)
+    return noted[0] if orbits_there is None else orbits_there
+
+
+def _look(f: FamilyND, name: str, at: tuple[float, Floats]) -> Look | UnresolvedChange:
+    """Find what starts lead to at a value of the parameter, or tell that this failed."""
+    noted: list[UnresolvedChange] = []
+    q, starts = at
+
+    def found() -> Look:
+        return Look(q, tuple(attractors(f.replace(**{name: q}), starts=starts)))
+
+    return attempted(found, "attractors", q, q, noted) or noted[0]
+
+
 class OrbitSurvey:
     """All orbits that lists over a range lead to, followed to where they end."""
 
@@ -71,6 +96,7 @@ class OrbitSurvey:
         self.coverage: Coverage | None = None
         self._late = np.zeros(3, dtype=int)  # of the last half of the lists, as `Coverage` has them
         self._branched = 0
+        self._on_curve = functools.cache(self._solved_on_curve)  # curves are only added
 
     def at(self, q: float) -> FamilyND:
         """Return the map at a value of the parameter."""
@@ -82,14 +108,18 @@ class OrbitSurvey:
         # of them lie between those of the first, whose orbits they should only find again.
         values = self.lo + self.width * (np.arange(n_lists) + 0.5) / n_lists
         first, last = values[::2].tolist(), values[1::2].tolist()
+        search = functools.partial(_listed, self.f, self.name, self.max_period, self.n_starts)
         with work.until_interrupted():
-            for k, q in enumerate([*first, *last]):
+            lists = in_processes(search, [*first, *last], work.tell)
+            for k, (q, found) in enumerate(zip([*first, *last], lists, strict=True)):
                 late = k >= len(first)
                 if k == len(first):
                     self._branch_off_all()
-                task = functools.partial(self._list, q, late=late)
-                attempted(task, "a list of orbits", q, q, self.unresolved)
-                work.tell((k + 1) / n_lists)
+                if isinstance(found, UnresolvedChange):
+                    self.unresolved.append(found)
+                else:
+                    task = functools.partial(self._follow_new, found, q, late=late)
+                    attempted(task, "a list of orbits", q, q, self.unresolved)
             self._branch_off_all()
         if work.interrupted:
             reason = "interrupted: lists of orbits left out, and what branches off curves"
@@ -118,8 +148,8 @@ class OrbitSurvey:
                     self._branches_off(end, double=True)
                 self._return_to(end)
 
-    def _list(self, q: float, *, late: bool) -> None:
-        found = search_orbits(self.at(q), self.max_period, None, self.n_starts)
+    def _follow_new(self, found: Sequence[PeriodicOrbitND], q: float, *, late: bool) -> None:
+        """Follow the orbits of a list that no curve passes through."""
         known = [orbit for orbit in self.on_curves(q) if orbit.period <= self.max_period]
         new = [o for o in found if not any(same_points(self.f, k.points, o.points) for k in known)]
         for orbit in new:
@@ -135,10 +165,14 @@ class OrbitSurvey:
 
     def on_curves(self, q: float, period: int | None = None) -> Iterator[PeriodicOrbitND]:
         """Orbits at a value through which curves pass, all or of one period."""
-        for curve in self.curves:
-            inside = curve.values.min() <= q <= curve.values.max()
-            if inside and period in (None, curve.period):
-                yield from curve.all_at(**{self.name: q})
+        for k, curve in enumerate(self.curves):
+            if period in (None, curve.period):
+                yield from self._on_curve(k, q)
+
+    def _solved_on_curve(self, k: int, q: float) -> tuple[PeriodicOrbitND, ...]:
+        values = self.curves[k].values
+        inside = values.min() <= q <= values.max()
+        return self.curves[k].all_at(**{self.name: q}) if inside else ()
 
     def _branches_off(self, event: CurveEvent | CurveEnd, *, double: bool) -> None:
         """Follow the orbits beside an event, on whichever side they are."""
@@ -374,12 +408,10 @@ def bifurcations_nd(
     with work.until_interrupted():
         if work.interrupted:
             raise KeyboardInterrupt
-        looks.at(np.linspace(*ends, lists))
-        work.tell(0.7)
+        sides = [q for item in survey.events for q in survey.clear_sides(item.value)]
+        looks.at([*np.linspace(*ends, lists), *sides], work.part(0.5, 0.8).tell)
         items = [looks.beside(item) for item in survey.events]
-        work.tell(0.8)
-        changes, unresolved, outside = looks.changes()
-        work.tell(1.0)
+        changes, unresolved, outside = looks.changes(work.part(0.8, 1.0).tell)
     if work.interrupted:
         unresolved = [UnresolvedChange("interrupted: attractors left out", *ends)]
     return BifurcationList(
@@ -404,39 +436,42 @@ class _Looks:
         self.survey = survey
         self.known: dict[float, Look] = {}
 
-    def at(self, values: Iterable[float]) -> None:
+    def at(self, values: Iterable[float], tell: Callable[[float], None]) -> None:
         """Look at values inside the range that are not known."""
         survey = self.survey
-        for q in map(float, values):
-            if q not in self.known and survey.lo <= q <= survey.hi:
-                f = survey.at(q)
-                starts = survey.starts(q, f.spread(LOOKING))
-                task: Callable[[], Any] = functools.partial(attractors, f, starts=starts)
-                if (found := attempted(task, "attractors", q, q, survey.unresolved)) is not None:
-                    self.known[q] = Look(q, tuple(found))
+        inside = (q for q in map(float, values) if survey.lo <= q <= survey.hi)
+        new = [q for q in dict.fromkeys(inside) if q not in self.known]
+        places = [(q, survey.starts(q, survey.at(q).spread(LOOKING))) for q in new]
+        look = functools.partial(_look, survey.f, survey.name)
+        for q, found in zip(new, in_processes(look, places, tell), strict=True):
+            if isinstance(found, UnresolvedChange):
+                survey.unresolved.append(found)
+            else:
+                self.known[q] = found
 
     def beside(self, item: Bifurcation) -> Bifurcation:
         """Add the attractors just below and just above an event."""
         sides = self.survey.clear_sides(item.value)
-        self.at(sides)
         before, after = (self.known[q].attractors if q in self.known else () for q in sides)
         outcome = item.outcome and _with_attractors(item.outcome, before, after)
         return replace(item, attractors_before=before, attractors_after=after, outcome=outcome)
 
-    def changes(self) -> tuple[list[Bifurcation], list[UnresolvedChange], list[UnresolvedChange]]:
+    def changes(
+        self, tell: Callable[[float], None]
+    ) -> tuple[list[Bifurcation], list[UnresolvedChange], list[UnresolvedChange]]:
         """Bisect the changes that nothing located explains; those too many stay unresolved."""
-        narrow = NARROW * self.survey.width
-        for _ in range(MOST_LOOKS):
+        narrow, left = NARROW * self.survey.width, MOST_LOOKS
+        while True:
             found, outside = accounted(
                 self.known.values(), self.survey.values.tolist(), self.survey.max_period
             )
             wide = [item for item in found if item.hi - item.lo > narrow]
-            if not wide:
+            widest = sorted(wide, key=lambda item: item.lo - item.hi)[:left]
+            before = len(self.known)
+            self.at([0.5 * (item.lo + item.hi) for item in widest], tell)
+            if len(self.known) < before + max(len(widest), 1):  # none is left, or one failed
                 break
-            widest = max(wide, key=lambda item: item.hi - item.lo)
-            self.at([0.5 * (widest.lo + widest.hi)])
-            if 0.5 * (widest.lo + widest.hi) not in self.known:
-                break
+            left -= len(widest)
         changed = [self._change(item) for item in found if item.hi - item.lo <= narrow]
         return changed, wide, outside
 
