@@ -13,7 +13,6 @@ import numpy as np
 
 from stickslip.analysis.bifurcations.border_collision.jump_return import (
     OneSided,
-    check_meeting,
     far_image,
     near_multiplier,
 )
@@ -55,7 +54,6 @@ def predicted_at_corner(
     >>> print(predicted_at_corner(1.4, -5.0, direction=1).after)
     no attractor nearby
     """
-    _check_direction(direction)
     a, b = left_slope, right_slope
     if a != a or b != b:
         raise ValueError(f"slopes ({a}, {b}) at a corner: NaN shows a gap, not a corner.")
@@ -115,8 +113,6 @@ def predicted_at_jump(
     # describe the map (Jain and Banerjee, Int. J. Bifurcation Chaos 13, 3341, 2003): ``f`` is
     # asked. Adding and incrementing: Avrutin, Gardini, Sushko and Tramontana (2019); Granados,
     # Alseda, Krupa, SIAM Rev. 59, 225 (2017).
-    _check_direction(direction)
-    check_meeting(side, period)
     a = near_multiplier(f, border, side, period) if multiplier is None else multiplier
     after_has_orbit = (-side * direction < 0) == (a < 1)
     orbits: OrbitOutcome = "born at a jump" if after_has_orbit else "lost at a jump"
@@ -186,21 +182,12 @@ def _by_slopes_alone(far: FarImage) -> str:
 
 def predicted_at_gap(slope: float, side: int, direction: int, *, period: int = 1) -> Outcome:
     """Predict what follows when an orbit meets the edge of a gap: beyond, all end there."""
-    _check_direction(direction)
-    check_meeting(side, period)
     after_has_orbit = (-side * direction < 0) == (slope < 1)
     with_orbit = LocalAttractor("periodic", period) if abs(slope) < 1 else NONE
     before, after = (NONE, with_orbit) if after_has_orbit else (with_orbit, NONE)
     text = f"multiplier {slope:.6g} at the edge; beyond it every orbit nearby ends in the gap"
     orbits: OrbitOutcome = "born at a gap" if after_has_orbit else "lost in a gap"
     return Outcome(orbits, after.kind, text, before, after)
-
-
-def _check_direction(direction: int) -> None:
-    if direction not in (-1, 1):
-        raise ValueError(
-            f"direction = {direction!r} of f^p(c) - c: 1 (growing) or -1 (falling) is needed."
-        )
 
 
 def observed(

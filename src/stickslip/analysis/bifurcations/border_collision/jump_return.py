@@ -60,7 +60,6 @@ def far_image(
     >>> far.fate, far.steps, round(far.height, 6), round(far.slope, 6)
     ('returns', 1, 1.0, -0.4)
     """
-    check_meeting(side, period)
     if multiplier is None:
         multiplier = near_multiplier(f, border, side, period)
     width, edge = domain_width(f), border.interval[0 if side < 0 else 1]
@@ -85,14 +84,6 @@ def far_image(
             return image("wanders")
         n = min(2 * n, MAX_STEPS)
         x = _followed(f, x, n)
-
-
-def check_meeting(side: int, period: int) -> None:
-    """Refuse what is no side of a border, or no period of an orbit that meets it."""
-    if side not in (-1, 1):
-        raise ValueError(f"side = {side!r} of a border: -1 (left) or 1 (right) is needed.")
-    if period < 1:
-        raise ValueError(f"period = {period!r} of an orbit: at least 1 is needed.")
 
 
 def near_multiplier(f: Map1D, border: OneSided, side: int, period: int) -> float:
