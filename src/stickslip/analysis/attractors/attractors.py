@@ -12,7 +12,7 @@ from stickslip.analysis.attractors.in_space.search_nd import search_attractors, 
 from stickslip.analysis.attractors.recurrence import attracts, confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import BranchTable, branch_table
-from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
+from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import Floats, Map1D, MapND, Modelled, checked_points
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
@@ -180,39 +180,32 @@ def attractors(
         spread, start = _seeds(f, table.laps, n_starts, rng)
     else:
         spread = start = np.atleast_1d(checked_points(f.domain, starts, "starts")).ravel()
-    stand_in = interpolated_map(table) if fast else None
-    return _searched(f, table, stand_in, start, len(spread), max_period, max_steps, orbits, work)
+    limits = {"max_period": max_period, "max_steps": max_steps}
+    followed = None if fast else f
+    return attractors_of(f, table, orbits, (spread, start), work, fast=followed, **limits)
 
 
 def attractors_of(
     f: Map1D,
     table: BranchTable,
     orbits: Iterable[PeriodicOrbit] = (),
+    starts: tuple[Floats, Floats] | None = None,
+    work: Work | None = None,
+    /,
     *,
     max_period: int = LONGEST,
     max_steps: int = MAX_STEPS,
-    fast: InterpolatedMap | None = None,
+    fast: Any = None,
 ) -> AttractorList:
-    """Find the attractors of a map whose table is at hand, stable known ``orbits`` included."""
-    spread, start = _seeds(f, table.laps, N_STARTS, None)
+    """Find the attractors of a map whose table is at hand, stable known ``orbits`` included.
+
+    On the interpolated table if it is good enough and proves right, else on the map.
+    """
+    spread, start = _seeds(f, table.laps, N_STARTS, None) if starts is None else starts
+    work = Work() if work is None else work
     fast = interpolated_map(table) if fast is None else fast
-    return _searched(f, table, fast, start, len(spread), max_period, max_steps, orbits, Work())
-
-
-def _searched(
-    f: Map1D,
-    table: BranchTable,
-    fast: InterpolatedMap | None,
-    start: Floats,
-    n_spread: int,
-    max_period: int,
-    max_steps: int,
-    known: Iterable[PeriodicOrbit],
-    work: Work,
-) -> AttractorList:
-    """Search on the interpolated table if it is good enough and proves right, else on the map."""
-    stable = [confirmed(f, orbit.points) for orbit in known if orbit.stable]
-    for followed in (f,) if fast is None or not np.isfinite(fast.error) else (fast, f):
+    stable = [confirmed(f, orbit.points) for orbit in orbits if orbit.stable]
+    for followed in (f,) if fast is f or not np.isfinite(fast.error) else (fast, f):
         search = AttractorSearch(f, table, max_period, max_steps, followed)
         for cycle in stable:
             if cycle is not None and attracts(f, cycle):
@@ -220,7 +213,7 @@ def _searched(
         search.run(start, work)
         if not search.doubts or work.interrupted:
             break
-    return search.result(n_spread)
+    return search.result(len(spread))
 
 
 def _orbits(known: Iterable[PeriodicOrbit]) -> tuple[PeriodicOrbit, ...]:

@@ -92,10 +92,7 @@ def _images(
     point = intervals[:, :1] == intervals[:, 1:]  # what a plateau leaves of an interval
     which, lap = ((high - low > slack) | (point & (high == low))).nonzero()
     ends = np.array([low[which, lap], high[which, lap]])
-    values = np.array([laps.value_left[lap], laps.value_right[lap]])
-    inner = np.array([ends[0] > laps.left[lap], ends[1] < laps.right[lap]])
-    if inner.any():
-        values[inner] = values_and_slopes(f, ends[inner])[0]
+    values = end_values(f, laps, lap, ends)
     covered = np.bincount(which, weights=ends[1] - ends[0], minlength=len(intervals))
     missed = intervals[:, 1] - intervals[:, 0] - covered
     lost = bool((missed > slack * (1 + len(laps))).any())
@@ -104,6 +101,15 @@ def _images(
     if not known.all():  # a hole that the search for branches did not see
         lost, which, values = True, which[known], values[:, known]
     return which, values.T, lost
+
+
+def end_values(f: Map1D, laps: Laps, lap: NDArray[np.intp], ends: Floats) -> Floats:
+    """Values at ends (2, m) of intervals in laps: from inside where those are ends of laps."""
+    values = np.array([laps.value_left[lap], laps.value_right[lap]])
+    inner = np.array([ends[0] > laps.left[lap], ends[1] < laps.right[lap]])
+    if inner.any():
+        values[inner] = values_and_slopes(f, ends[inner])[0]
+    return values
 
 
 def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from stickslip.analysis.attractors.bands import image, inside, merged
+from stickslip.analysis.attractors.bands import end_values, image, inside, merged
 from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED
 from stickslip.analysis.attractors.recurrence import (
     Cycle,
@@ -113,22 +113,12 @@ def first_pieces(f: Map1D, branches: BranchTable, known: Sequence[Attractor]) ->
     index[(lap < 0) & inside(lost, middle)] = LOST
     for k, trap in enumerate(traps):
         index[inside(trap, middle)] = k
-    at_left, at_right = (_one_sided(f, table, x, lap) for x in (edges[:-1], edges[1:]))
+    in_lap, ends = lap >= 0, np.array([edges[:-1], edges[1:]])
+    at_left, at_right = np.full(ends.shape, np.nan)
+    at_left[in_lap], at_right[in_lap] = end_values(f, table, lap[in_lap], ends[:, in_lap])
     number = np.arange(len(edges))
     # Not joined: the first edges are what `source` counts.
     return Pieces(edges, index, lap, at_left, at_right, number, np.zeros_like(number))
-
-
-def _one_sided(f: Map1D, table: Laps, x: Floats, lap: Integers) -> Floats:
-    """Values at ends of pieces, from inside where those are ends of laps."""
-    values = np.full(x.shape, np.nan)
-    inner = np.flatnonzero(lap >= 0)
-    for ends, limits in ((table.left, table.value_left), (table.right, table.value_right)):
-        at_end = x[inner] == ends[lap[inner]]
-        values[inner[at_end]] = limits[lap[inner[at_end]]]
-        inner = inner[~at_end]
-    values[inner], _ = values_and_slopes(f, x[inner])
-    return values
 
 
 def _trap(f: Map1D, table: Laps, attractor: Attractor) -> Floats:

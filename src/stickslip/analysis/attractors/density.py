@@ -162,8 +162,7 @@ def _ulam(f: Map1D, table: Laps, bands: Floats, cells: int) -> tuple[Floats, Flo
     weight = np.tile(shares, len(left))
     chain = _transitions(left, right, low, high, weight)
     mass = _stationary(chain)
-    with np.errstate(divide="ignore"):
-        logs = np.log(np.maximum(steepness, 1e-300))
+    logs = np.log(np.maximum(steepness, 1e-300))
     return left, right, mass, float(np.sum(np.repeat(mass, PIECES) * weight * logs))
 
 

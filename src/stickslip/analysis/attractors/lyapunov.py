@@ -283,8 +283,7 @@ def short_intervals(f: Map1D, points: Floats) -> Floats:
 
 def mean_of_logs(slopes: Floats) -> LyapunovExponent:
     """Mean over orbits (m, n); the larger error of blocking and of the spread of orbits' means."""
-    with np.errstate(divide="ignore"):
-        logs = np.log(np.maximum(np.abs(slopes), 1e-300))
+    logs = np.log(np.maximum(np.abs(slopes), 1e-300))
     error = blocking_error(logs.ravel())
     if len(logs) > 1:
         error = max(error, float(np.std(logs.mean(axis=1), ddof=1) / np.sqrt(len(logs))))

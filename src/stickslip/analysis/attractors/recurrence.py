@@ -254,8 +254,7 @@ def hidden_cycles(
     # Bands visited in turn allow ``multiples_of`` their number only.
     last = max(SAMPLES // len(values), REPEATS)
     values, slopes = values[:, -last:], slopes[:, -last:]
-    with np.errstate(divide="ignore"):
-        climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
+    climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
     climb = np.pad(climb, ((0, 0), (1, 0)))
     width = domain_width(f)
     found: list[Cycle] = []

@@ -206,7 +206,9 @@ def _fates_by_steps(
         last = label
         came = (label != UNDECIDED) & (run >= hits) & ~gone
         done = came | gone
-        label[gone] = np.where(_given_up(f, before[gone]), UNDECIDED, LEFT)
+        if gone.any():  # or motions are not followed to an end there
+            lost = np.isin(sample(f, before[gone]).status, GIVEN_UP)
+            label[gone] = np.where(lost, UNDECIDED, LEFT)
         fate[active[done]], steps[active[done]] = label[done], k
         active, x, run, last = active[~done], x[~done], run[~done], last[~done]
         if not active.size or k == max_steps:
@@ -214,11 +216,6 @@ def _fates_by_steps(
         work.tell(max(1 - len(active) / len(fate), k / max_steps))
         before, x = x, sample_values(f, x)
     fate[active], steps[active] = UNDECIDED, max_steps
-
-
-def _given_up(f: MapND, x: Floats) -> Any:
-    """Tell at which points motions are not followed to an end."""
-    return np.isin(sample(f, x).status, GIVEN_UP) if len(x) else False
 
 
 def sample_values(f: Any, x: Floats) -> Floats:
