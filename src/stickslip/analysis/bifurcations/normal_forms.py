@@ -196,21 +196,11 @@ def _differences(
 # ------------------------------------------------------------------ in R^n
 
 
-class Forms(NamedTuple):
-    """Jacobian of f^p at a point, and its derivatives along the axes, with errors."""
-
-    a: Floats  # (n, n)
-    b: Floats  # (n, n, n): of a, along the first axis
-    b_error: Floats
-    c: Floats  # (n, n, n, n): of b, along the first axis
-    c_error: Floats
-
-
 def coefficient(f: MapND, points: Floats, kind: str) -> CubicCoefficient:
     """Find the cubic coefficient of a flip or Neimark-Sacker bifurcation at an orbit (p, n)."""
     # Kuznetsov, Elements of Applied Bifurcation Theory, 5.4.
-    forms = _forms(f, points)
-    multipliers, right = np.linalg.eig(forms.a)
+    a, b, b_error, c, c_error = _forms(f, points)
+    multipliers, right = np.linalg.eig(a)
     on = -1.0 if kind == "flip" else 1j * np.inf
     off = np.abs(multipliers - on) if kind == "flip" else np.abs(np.abs(multipliers) - 1.0)
     off = np.where((kind == "flip") | (multipliers.imag > 0), off, np.inf)
@@ -224,16 +214,16 @@ def coefficient(f: MapND, points: Floats, kind: str) -> CubicCoefficient:
         resonances = [] if kind == "flip" else [m**r - 1.0 for r in (1, 2, 3, 4)]
         if min(map(abs, resonances), default=1.0) < ON_CIRCLE:
             return CubicCoefficient(np.nan, np.inf, kind)
-        mean = np.linalg.solve(eye - forms.a, _two(forms.b, q, q.conj()))
-        twice = np.linalg.solve(m * m * eye - forms.a, _two(forms.b, q, q)) if resonances else mean
+        mean = np.linalg.solve(eye - a, _two(b, q, q.conj()))
+        twice = np.linalg.solve(m * m * eye - a, _two(b, q, q)) if resonances else mean
         # At a flip m^2 = 1: both are one term, which counts three times.
-        cubic = _three(forms.c, q, q, q.conj())
-        cubic = cubic + 2.0 * _two(forms.b, q, mean) + _two(forms.b, q.conj(), twice)
+        cubic = _three(c, q, q, q.conj())
+        cubic = cubic + 2.0 * _two(b, q, mean) + _two(b, q.conj(), twice)
         share = 0.5 * m.conjugate() if resonances else 1.0 / 6.0
         value = float((share * (p.conj() @ cubic)).real)
         sizes = np.abs(q), np.abs(mean), np.abs(twice)
-        doubt = _three(forms.c_error, *(3 * [sizes[0]]))
-        doubt = doubt + 4.0 * _two(forms.b_error, sizes[0], sizes[1] + sizes[2])
+        doubt = _three(c_error, *(3 * [sizes[0]]))
+        doubt = doubt + 4.0 * _two(b_error, sizes[0], sizes[1] + sizes[2])
         error = float(abs(share) * (np.abs(p) @ doubt))
     return CubicCoefficient(value, error if np.isfinite(error) else np.inf, kind)
 
@@ -246,8 +236,8 @@ def _three(c: Floats, u: Any, v: Any, w: Any) -> Any:
     return np.einsum("hijk,h,i,k->j", c, u, v, w)
 
 
-def _forms(f: MapND, points: Floats) -> Forms:
-    """Differentiate the Jacobian of f^p at the first point, along axes and diagonals."""
+def _forms(f: MapND, points: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Jacobian of f^p at the first point, its derivatives by one and by two axes, with errors."""
     p, n = points.shape
     size = widths(f)
     pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
@@ -281,7 +271,7 @@ def _forms(f: MapND, points: Floats) -> Forms:
         c[i, j] = c[j, i] = 0.5 * (d[k] - d[i] - d[j])
         c_error[i, j] = c_error[j, i] = 0.5 * (d_error[k] + d_error[i] + d_error[j])
     one, two = size[:, None, None], (size[:, None] * size)[:, :, None, None]
-    return Forms(jacobian, b[:n] / one, b_error[:n] / one, c / two, c_error / two)
+    return jacobian, b[:n] / one, b_error[:n] / one, c / two, c_error / two
 
 
 def _power(f: MapND, x: Floats, p: int) -> tuple[Floats, NDArray[np.uint64]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
 from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -17,23 +16,10 @@ Asking: TypeAlias = Generator[tuple[Map1D, Floats, int], Floats, R]
 STRIDE: Final = 16  # steps that all take together at least, though some need fewer
 
 
-@dataclass
-class _Way:
-    """Orbits that a task waits for, as far as they have come."""
-
-    f: Map1D
-    orbits: Floats
-    steps: int
-
-    @property
-    def left(self) -> int:
-        return self.steps + 1 - self.orbits.shape[1]
-
-
 def side_by_side(tasks: Sequence[Asking[R]]) -> list[R]:
     """Run tasks that ask for orbits of maps of one kind, all of them together."""
     results: dict[int, R] = {}
-    waiting: dict[int, _Way] = {}
+    waiting: dict[int, tuple[Map1D, Floats, int]] = {}  # orbits so far, and steps left
 
     def resume(k: int, orbits: Floats | None) -> None:
         """Let a task go on until it asks again, or has its result."""
@@ -43,18 +29,19 @@ def side_by_side(tasks: Sequence[Asking[R]]) -> list[R]:
             results[k] = end.value
             waiting.pop(k, None)
         else:
-            f, x, steps = asked
-            waiting[k] = _Way(f, x[:, None], steps)
+            f, x, left = asked
+            waiting[k] = f, x[:, None], left
 
     for k in range(len(tasks)):
         resume(k, None)
     while waiting:
-        ways = list(waiting.values())
-        steps = max(STRIDE, min(way.left for way in ways))
-        found = advance_each([way.f for way in ways], [way.orbits[:, -1] for way in ways], steps)
+        maps, ways, lefts = zip(*waiting.values(), strict=True)
+        steps = max(STRIDE, min(lefts))
+        found = advance_each(maps, [way[:, -1] for way in ways], steps)
         for k, more in zip(list(waiting), found, strict=True):
-            way = waiting[k]
-            way.orbits = np.hstack([way.orbits, more[:, 1:]])
-            if way.left <= 0:
-                resume(k, way.orbits[:, : way.steps + 1])
+            f, way, left = waiting[k]
+            way = np.hstack([way, more[:, 1 : left + 1]])
+            waiting[k] = f, way, left - steps
+            if left <= steps:
+                resume(k, way)
     return [results[k] for k in range(len(tasks))]

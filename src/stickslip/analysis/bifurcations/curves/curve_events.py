@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import Critical, CriticalReading
     from stickslip.analysis.maps.protocol import MapFamily
 
+
+# Kind and meaning of an event, and what vanishes there.
+Quantity: TypeAlias = tuple[str, str, Callable[[CurvePoint], float]]
 
 REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
 SIDES: Final = {-1: "left", 1: "right"}
@@ -46,28 +49,20 @@ class Event:
     ends: bool = False  # the curve cannot go on
 
 
-class _Quantity(NamedTuple):
-    """Something that changes its sign where the type of a bifurcation changes."""
-
-    kind: str
-    what: str
-    of: Callable[[CurvePoint], float]
-
-
 def events_between(
     curve: ArclengthCurve, equations: Equations, a: CurvePoint, b: CurvePoint
 ) -> Iterator[Event]:
     """Find the special points between two neighbours, in no particular order."""
-    for quantity in _quantities(a.note.condition, equations):
-        first, second = quantity.of(a), quantity.of(b)
+    for kind, what, quantity in _quantities(a.note.condition, equations):
+        first, second = quantity(a), quantity(b)
         if not (math.isfinite(first) and math.isfinite(second) and first * second < 0):
             continue
         try:
-            node = curve.between(a, b, quantity.of)
+            node = curve.between(a, b, quantity)
         except (StepTooLong, LeavesRegion):
             continue
-        if abs(quantity.of(node)) <= REMAINDER * max(abs(first), abs(second)):
-            yield Event(quantity.kind, quantity.what, node)
+        if abs(quantity(node)) <= REMAINDER * max(abs(first), abs(second)):
+            yield Event(kind, what, node)
     if _kind(a.note) != _kind(b.note):
         yield _changed_kind(equations, a, b)
     for i in changed_labels(a.note, b.note):
@@ -76,10 +71,11 @@ def events_between(
             yield event
 
 
-def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantity]:
+def _quantities(condition: Condition, equations: Equations) -> Iterator[Quantity]:
+    """Yield what changes its sign where the type of a bifurcation changes."""
     if isinstance(condition, Fold):
         what = "the curve has a cusp: two folds meet, three orbits are one"
-        yield _Quantity("cusp", what, lambda node: node.note.curvature)
+        yield "cusp", what, lambda node: node.note.curvature
     elif isinstance(condition, Flip):
         what = "super- and subcritical flips meet, and a fold of the doubled orbit begins"
 
@@ -87,16 +83,16 @@ def _quantities(condition: Condition, equations: Equations) -> Iterator[_Quantit
             found = flip_coefficient(map_at(equations, node), node.note.points)
             return found.value if found.criticality is not None else 0.0
 
-        yield _Quantity("generalised flip", what, cubic)
+        yield "generalised flip", what, cubic
     elif isinstance(condition, Connection):
         for at in (1, -1):
             what = f"the multiplier of the orbit that is met passes {at}"
-            yield _Quantity(f"multiplier {at}", what, partial(_less, 0, at))
+            yield f"multiplier {at}", what, partial(_less, 0, at)
     elif isinstance(condition, Collision):
         yield from _collision_quantities(condition)
 
 
-def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
+def _collision_quantities(condition: Collision) -> Iterator[Quantity]:
     if not isinstance(condition.border, TrackedDiscontinuity):
         return
     continuous = condition.border.kind in ("corner", "smooth")
@@ -105,14 +101,14 @@ def _collision_quantities(condition: Collision) -> Iterator[_Quantity]:
         if continuous or side == condition.side:
             for at, meaning in MEANINGS.items():
                 what = f"the multiplier on the {SIDES[side]} of the border passes {at}: {meaning}"
-                yield _Quantity(f"multiplier {at}", what, partial(_less, index, at))
+                yield f"multiplier {at}", what, partial(_less, index, at)
     # Of a smooth break both are rounding.
     if condition.border.kind == "corner":
         what = "the slopes on both sides of the corner agree: the map is smooth there"
-        yield _Quantity("kind of border", what, lambda node: _step(node, "slope"))
+        yield "kind of border", what, lambda node: _step(node, "slope")
     if condition.border.kind == "jump":
         what = "the jump closes: the map is continuous there"
-        yield _Quantity("kind of border", what, lambda node: _step(node, "value"))
+        yield "kind of border", what, lambda node: _step(node, "value")
 
 
 def _less(index: int, at: int, node: CurvePoint) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -60,6 +60,11 @@ class _Breaks:
         return _Breaks(self.value, self.x[rows], self.kind[rows], self.contrast[rows])
 
 
+# Between two anchors: maps and values, the breakpoints at the anchors, and how far a breakpoint may
+# arrive from one there that it is.
+_Stretch: TypeAlias = "tuple[Sequence[Map1D], Floats, _Breaks, _Breaks, float]"
+
+
 def follow_breakpoints(
     maps: Sequence[Map1D], values: Floats, anchors: Sequence[tuple[float, BranchTable]]
 ) -> tuple[BreakpointLine, ...]:
@@ -71,40 +76,30 @@ def follow_breakpoints(
     for (here, there), (_, after) in zip(pairwise(breaks), anchors[1:], strict=True):
         inside = np.flatnonzero((values >= here.value) & (values <= there.value))
         own = [maps[k] for k in inside.tolist()]
-        between.append(_Stretch(own, values[inside], here, there, MET * domain_width(after.f)))
+        between.append((own, values[inside], here, there, MET * domain_width(after.f)))
         places.append(inside)
     owners = _new_lines(lines, breaks[0], len(values))
     ways = in_processes(_followed, between)
-    for stretch, inside, (reached, old, fresh, back) in zip(between, places, ways, strict=True):
+    for (_, _, here, _, reach), inside, way in zip(between, places, ways, strict=True):
+        reached, old, fresh, back = way
         for line, column in zip(owners, reached.T, strict=True):
             _enter(lines[line][1], inside, column)
         new = _new_lines(lines, fresh, len(values))
         for k, column in enumerate(back.T):
             kind = str(fresh.kind[k])
-            new[k] = _met(column, kind, reached, stretch.here, owners, stretch.reach, new[k])
+            new[k] = _met(column, kind, reached, here, owners, reach, new[k])
             _enter(lines[new[k]][1], inside, column)
         names = iter(new)
         owners = [next(names) if row is None else owners[row] for row in old]
     return tuple(BreakpointLine(kind, d) for kind, d in lines if np.isfinite(d).any())
 
 
-@dataclass(frozen=True)
-class _Stretch:
-    """Values between two anchors, their maps, and the breakpoints at the anchors."""
-
-    maps: Sequence[Map1D]
-    values: Floats
-    here: _Breaks
-    there: _Breaks
-    reach: float  # how far a breakpoint may arrive from one there that it is
-
-
 def _followed(stretch: _Stretch) -> tuple[Floats, list[int | None], _Breaks, Floats]:
     """Places of the breakpoints here, who of them arrives there, the others there, their places."""
-    maps, values, here, there = stretch.maps, stretch.values, stretch.here, stretch.there
+    maps, values, here, there, reach = stretch
     order = np.arange(len(values))
     reached, end = _march(maps, values, order, here, there)
-    old = _matched(here, end, there, stretch.reach)
+    old = _matched(here, end, there, reach)
     fresh = there.take([k for k, row in enumerate(old) if row is None])
     back, _ = _march(maps, values, order[::-1], fresh, here)
     return reached, old, fresh, back[::-1]
