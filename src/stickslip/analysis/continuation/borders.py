@@ -175,61 +175,55 @@ def meet(
 
     Raises `ConditionLost` if the border is gone, the orbit leaves the domain, or nothing is nearby.
     """
-    problem, index = _Problem(at, name, border), border.index
     aside = max(FIRST_CHANGE * (high - low), ROUNDING * abs(value))
-    before = problem.state(value + aside if value + aside <= high else value - aside, points)
-    now = problem.state(value, points)
+    beside = value + aside if value + aside <= high else value - aside
+    before = _held(at(beside), border, beside, points)
+    now = _held(at(value), border, value, points)
     last = np.inf
     for _ in range(MAX_STEPS):
-        step = problem.newton_step(before, now)
-        change = abs(step[index])
+        step = _newton_step(before, now, border.index, name)
+        change = abs(step[border.index])
         noise = change <= STALLED * (high - low) and change >= SHRINKS * last
         if noise or change <= ROUNDING * max(abs(now.value), high - low):
             return now
-        q = min(max(now.value + step[index], low), high)
+        q = min(max(now.value + step[border.index], low), high)
         if not np.isfinite(step).all() or q == now.value:
             break
-        before, now, last = now, problem.state(q, now.points + step), change
+        before, now, last = now, _held(at(q), border, q, now.points + step), change
     raise ConditionLost("the orbit does not meet the break nearby")
 
 
-@dataclass(frozen=True, eq=False)
-class _Problem:
-    at: Callable[[float], MapFamily]
-    name: str
-    border: Border
+def _held(f: MapFamily, border: Border, q: float, guess: Floats) -> Meeting:
+    """Evaluate the equations, the pinned point on the border."""
+    k, met, side = border.index, border.reading(f), border.side
+    points = np.clip(guess, *f.domain)
+    points[k] = met.x
+    values = sample(f, points)
+    rest = np.arange(len(points)) != k
+    if (values.status[rest] != OK).any():
+        raise ConditionLost("the orbit has no value on the way to the break")
+    images, slopes = values.value.copy(), values.derivative.copy()
+    images[k], slopes[k] = met.value(side), met.slope(side)
+    residual = images - np.roll(points, -1)
+    return Meeting(q, points, f, met.x, met.value(side), slopes, values.label, residual)
 
-    def state(self, q: float, guess: Floats) -> Meeting:
-        """Evaluate the equations, the pinned point on the border."""
-        f, k = self.at(q), self.border.index
-        met, side = self.border.reading(f), self.border.side
-        points = np.clip(guess, *f.domain)
-        points[k] = met.x
-        values = sample(f, points)
-        rest = np.arange(len(points)) != k
-        if (values.status[rest] != OK).any():
-            raise ConditionLost("the orbit has no value on the way to the break")
-        images, slopes = values.value.copy(), values.derivative.copy()
-        images[k], slopes[k] = met.value(side), met.slope(side)
-        residual = images - np.roll(points, -1)
-        return Meeting(q, points, f, met.x, met.value(side), slopes, values.label, residual)
 
-    def newton_step(self, before: Meeting, now: Meeting) -> Floats:
-        """Solve for changes of the points, and the parameter's in place of the pinned one's."""
-        k, p = self.border.index, len(now.points)
-        ahead = (np.arange(p) + 1) % p
-        difference = now.value - before.value
-        rates = np.zeros(p)
-        rest = np.arange(p) != k
-        if rest.any():
-            rates[rest] = now.f.parameter_derivative(now.points[rest], self.name)
-        rates[k] = (now.image - before.image) / difference
-        matrix = np.zeros((p, p))
-        matrix[np.arange(p), np.arange(p)] = np.where(rest, now.slopes, 0.0)
-        matrix[np.arange(p), ahead] -= np.where(ahead == k, 0.0, 1.0)
-        matrix[:, k] = rates
-        matrix[k - 1, k] -= (now.place - before.place) / difference
-        try:
-            return np.asarray(np.linalg.solve(matrix, -now.residual), dtype=np.float64)
-        except np.linalg.LinAlgError as reason:
-            raise ConditionLost("the orbit touches the break without crossing it") from reason
+def _newton_step(before: Meeting, now: Meeting, k: int, name: str) -> Floats:
+    """Solve for changes of the points, and the parameter's in place of the pinned one's."""
+    p = len(now.points)
+    ahead = (np.arange(p) + 1) % p
+    difference = now.value - before.value
+    rates = np.zeros(p)
+    rest = np.arange(p) != k
+    if rest.any():
+        rates[rest] = now.f.parameter_derivative(now.points[rest], name)
+    rates[k] = (now.image - before.image) / difference
+    matrix = np.zeros((p, p))
+    matrix[np.arange(p), np.arange(p)] = np.where(rest, now.slopes, 0.0)
+    matrix[np.arange(p), ahead] -= np.where(ahead == k, 0.0, 1.0)
+    matrix[:, k] = rates
+    matrix[k - 1, k] -= (now.place - before.place) / difference
+    try:
+        return np.asarray(np.linalg.solve(matrix, -now.residual), dtype=np.float64)
+    except np.linalg.LinAlgError as reason:
+        raise ConditionLost("the orbit touches the break without crossing it") from reason

@@ -379,8 +379,11 @@ class CrisisSearch:
             beside = self.at(start.value + step)
         except ValueError:
             return  # the family ends there
-        met = self._on_border if border else self._meetings
-        for item in met(change.attractor, start):
+        met: Iterable[Meeting] = self._meetings(change.attractor, start)
+        if border:  # the orbits on the border of the basin beside its edges
+            edges = edges_of(change.attractor, start.table)
+            met = islice(on_border(start.fast, change.attractor, edges), MEETINGS)
+        for item in met:
             try:
                 here = item.condition.at(start.f)
                 there = here.condition.at(beside)
@@ -406,11 +409,6 @@ class CrisisSearch:
         edges = edges_of(attractor, point.table)
         yield from islice(meetings(point.fast, edges, tuple(sorted(periods))), MEETINGS)
         yield from borders_beside(point.table, edges)
-
-    def _on_border(self, attractor: Attractor, point: ParameterPoint) -> Iterator[Meeting]:
-        """Yield edges with the orbits on the border of the basin beside them."""
-        edges = edges_of(attractor, point.table)
-        return islice(on_border(point.fast, attractor, edges), MEETINGS)
 
     def at_end(self, point: ParameterPoint, width: float) -> None:
         """Look for an event exactly at the first or last value; outwards is where width points."""

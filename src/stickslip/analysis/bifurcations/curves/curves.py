@@ -192,16 +192,13 @@ class _ConditionFollower(PlaneFollower):
         half = super().half(start, targets)
         if self.which in KINDS and math.isfinite(self.beside):
             with self.work.until_interrupted():
-                self._end_with_crisis(half)
+                if (found := last_crisis(half.rows, self._doubt, self._middle)) is not None:
+                    lost, half.rows[:], why = found
+                    half.events = [event for event in half.events if event.row < lost]
+                    half.end = self.end(half.rows[-1], f"the crisis ceases ({why} beyond)")
                 return half
             half.end = self.end(half.rows[-1], "interrupted")
         return half
-
-    def _end_with_crisis(self, half: Half) -> None:
-        if (found := last_crisis(half.rows, self._doubt, self._middle)) is not None:
-            lost, half.rows[:], why = found
-            half.events = [event for event in half.events if event.row < lost]
-            half.end = self.end(half.rows[-1], f"the crisis ceases ({why} beyond)")
 
     def _middle(self, a: CurvePoint, b: CurvePoint) -> CurvePoint:
         middle = 0.5 * (a.parameter + b.parameter)

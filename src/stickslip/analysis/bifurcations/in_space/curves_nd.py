@@ -147,7 +147,7 @@ class CriticalEquations(PlaneOrbit):
         cyclic[-n:, :n] += (1.0 - multiplier) * np.eye(n)
         corner, left, right = self._bordered(cyclic)
         w, v = left.conj().reshape(points.shape), right.reshape(points.shape)
-        slopes_by = self._second(f, points, note), *self._by_parameters(points, q, s, note)
+        slopes_by = self._second(f, points, q, s, note)
         rates = [-np.einsum("pa,...pab,pb->...p", w, each, v) for each in slopes_by]
         by_points = rates[0].T.ravel()
         row = np.append(by_points, [rates[1].sum(), rates[2].sum()])
@@ -188,19 +188,16 @@ class CriticalEquations(PlaneOrbit):
         right, left = np.linalg.solve(whole, unit), np.linalg.solve(whole.conj().T, unit)
         return right[-1], left[:-1], right[:-1]
 
-    def _second(self, f: FamilyND, points: Floats, note: Linearized) -> Floats:
-        """Differentiate the Jacobians at an orbit by each coordinate, (n, p, n, n)."""
+    def _second(
+        self, f: FamilyND, points: Floats, q: float, s: float, note: Linearized
+    ) -> Iterator[Floats]:
+        """Differentiate the Jacobians at an orbit by the coordinates, (n, p, n, n), by q and s."""
         ways = DIFFERENCE * np.diag(self.size)[:, None, :]
-        sides = [sample(f, points + sign * ways) for sign in (1.0, -1.0)]
-        return self._difference(sides, note, DIFFERENCE * (self.size / self.unit)[:, None])
-
-    def _by_parameters(self, points: Floats, q: float, s: float, note: Linearized) -> list[Floats]:
-        """Differentiate the Jacobians at an orbit by q and by s, (p, n, n)."""
-        found = []
+        sides: list[Any] = [sample(f, points + sign * ways) for sign in (1.0, -1.0)]
+        yield self._difference(sides, note, DIFFERENCE * (self.size / self.unit)[:, None])
         for width, pair in zip(self.widths, self.beside(q, s, DIFFERENCE), strict=True):
-            sides = [None if f is None else sample(f, points) for f in pair]
-            found.append(self._difference(sides, note, DIFFERENCE * width))
-        return found
+            sides = [None if g is None else sample(g, points) for g in pair]
+            yield self._difference(sides, note, DIFFERENCE * width)
 
     def _difference(self, sides: list[Any], note: Linearized, h: Any) -> Floats:
         """Differentiate Jacobians over h, from one side where the other is on another piece."""
