@@ -48,8 +48,8 @@ LOOKS: Final = 4  # rows to either side of a start that are looked at where none
 HALVINGS: Final = 4  # of a step on which a crisis ceases to be one
 
 
-def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str]:
-    """Find out what stops a curve at its last point: the end, sharper than it; the reason."""
+def end_event(equations: Equations, last: CurvePoint) -> Event:
+    """Find out what stops a curve at its last point: the end, sharper than it; of no kind, why."""
     reason = "no further point was found"
     for length in LOOK_AHEAD:
         try:
@@ -65,14 +65,11 @@ def end_event(equations: Equations, last: CurvePoint) -> tuple[Event | None, str
         if changed:
             return _other_branch(equations, last, beyond, changed[0])
     border = last.note.critical
-    if border is not None and reason.startswith(f"the {border.kind}") and reason.endswith("gone"):
-        return Event("end of border", reason, last, True), reason
-    return None, reason
+    gone = border is not None and reason.startswith(f"the {border.kind}")
+    return Event("end of border" if gone and reason.endswith("gone") else "", reason, last)
 
 
-def _other_break(
-    equations: Equations, last: CurvePoint, beyond: Reading, side: str
-) -> tuple[Event, str]:
+def _other_break(equations: Equations, last: CurvePoint, beyond: Reading, side: str) -> Event:
     """Tell of a break that meets the border, or splits off: the branch between them ends there."""
     border: CriticalReading = last.note.critical
     old, new = border.critical, beyond.critical.critical if beyond.critical else None
@@ -90,7 +87,7 @@ def _other_break(
         node = _extrapolated(equations, last, lambda node: _gap(equations, split, node), LOOK_ON)
         if node is not None:
             what = f"{where} splits: a new branch comes up on its {side}"
-    return Event("end of border", what, node or last, True), what
+    return Event("end of border", what, node or last)
 
 
 def _gap(equations: Equations, other: TrackedDiscontinuity, node: CurvePoint) -> float:
@@ -104,22 +101,18 @@ def _gap(equations: Equations, other: TrackedDiscontinuity, node: CurvePoint) ->
     return found.x - float(node.note.critical.x)
 
 
-def _other_branch(
-    equations: Equations, last: CurvePoint, beyond: Reading, i: int
-) -> tuple[Event, str]:
+def _other_branch(equations: Equations, last: CurvePoint, beyond: Reading, i: int) -> Event:
     """Point i of the orbit has reached a break."""
     border = break_beside(equations, last, i, (last.note.labels[i], beyond.labels[i]))
     if border is None:
-        event = meeting(last, i, None)
-        return replace(event, ends=True), event.what
+        return meeting(last, i, None)
     found = border
 
     def distance(node: CurvePoint) -> float:
         return float(node.note.visited[i]) - found.at(map_at(equations, node)).x
 
     node = _extrapolated(equations, last, distance, LOOK_BACK) or last
-    event = meeting(node, i, found.at(map_at(equations, last)))
-    return replace(event, ends=True), event.what
+    return meeting(node, i, found.at(map_at(equations, last)))
 
 
 def _extrapolated(

@@ -239,14 +239,14 @@ class _ConditionFollower(PlaneFollower):
     def stopped(self, stop: WalkEnd, half: Half) -> CurveEnd:
         """Say why a walk has ended; keep of its last steps only the end."""
         last = closest_to_end(self.equations, half.rows[-1], 2 * CONTROL.smallest)
-        event, reason = end_event(self.equations, last)
+        event = end_event(self.equations, last)
         scale = self.equations.scale
         kept = [row for row in half.rows if np.linalg.norm((row.y - last.y) / scale) > THIN]
-        half.rows = [*(kept or half.rows[:1]), last if event is None else event.node]
+        half.rows = [*(kept or half.rows[:1]), event.node]
         half.events = [replace(item, row=min(item.row, len(half.rows) - 1)) for item in half.events]
-        if event is not None:
+        if event.kind:
             half.note(self._described(event))
-        return self.end(half.rows[-1], reason)
+        return self.end(half.rows[-1], event.what)
 
     def described(self, rows: list[CurvePoint]) -> tuple[dict[str, Any], Problem]:
         """Return the multipliers on both sides, and the conditions."""
