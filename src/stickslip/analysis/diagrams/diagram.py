@@ -18,8 +18,6 @@ from stickslip.results.result import Result
 from stickslip.results.table import SHOWN, Table, free_name, more, numbered
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
 
     from stickslip.analysis.bifurcations.bifurcation import Coverage
@@ -169,7 +167,23 @@ class Diagram(Result):
 
     def _columns(self) -> dict[str, Any]:
         """Lay out orbits, then attractors, then breakpoints, a row for each point."""
-        parts = [*self._orbit_points(), self._attractor_points(), *self._break_points()]
+        at = self.values[:, np.newaxis]
+        parts = [
+            _points(
+                orbit.points,
+                value=at,
+                what="orbit",
+                number=number,
+                kind=np.where(orbit.stable, "stable", "unstable")[:, np.newaxis],
+                period=orbit.period,
+                multiplier=orbit.multipliers[:, np.newaxis],
+            )
+            for number, orbit in enumerate(self.orbits, start=1)
+        ]
+        parts.append(self._attractor_points())
+        for number, line in enumerate(self.breakpoints, start=1):
+            facts = {"number": number, "kind": line.kind, "period": 0}
+            parts.append(_points(line.d[:, np.newaxis], value=at, what="breakpoint", **facts))
         names = [name for name in parts[0] if name != "value"]
         name = free_name(self.parameter, {*names, *LABELS})
         columns = {name: np.concatenate([part["value"] for part in parts])}
@@ -180,18 +194,6 @@ class Diagram(Result):
                 columns[f"{name}_imag"] = column.imag
         return columns
 
-    def _orbit_points(self) -> Iterator[dict[str, Any]]:
-        for number, orbit in enumerate(self.orbits, start=1):
-            yield _points(
-                orbit.points,
-                value=self.values[:, np.newaxis],
-                what="orbit",
-                number=number,
-                kind=np.where(orbit.stable, "stable", "unstable")[:, np.newaxis],
-                period=orbit.period,
-                multiplier=orbit.multipliers[:, np.newaxis],
-            )
-
     def _attractor_points(self) -> dict[str, Any]:
         """Points of the attractors, which are numbered at each value."""
         found = self.attractors
@@ -200,17 +202,6 @@ class Diagram(Result):
         facts |= {"value": self.values[found.where], "number": number}
         columns = {name: fact[:, np.newaxis] for name, fact in facts.items()}
         return _points(found.points, what="attractor", **columns)
-
-    def _break_points(self) -> Iterator[dict[str, Any]]:
-        for number, line in enumerate(self.breakpoints, start=1):
-            yield _points(
-                line.d[:, np.newaxis],
-                value=self.values[:, np.newaxis],
-                what="breakpoint",
-                number=number,
-                kind=line.kind,
-                period=0,
-            )
 
     def __repr__(self) -> str:
         """Table of the orbits, and how many attractors of which kind there are."""
