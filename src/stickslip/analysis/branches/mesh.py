@@ -298,19 +298,16 @@ class Mesh:
         gap = ~left.ok & ~middle.ok
         same = left.ok & middle.ok & (left.label == middle.label)
         with np.errstate(all="ignore"):
-            passed: Bools = gap | (same & self._fits(left, middle, right))
-        return passed
-
-    def _fits(self, left: Nodes, middle: Nodes, right: Nodes) -> Bools:
-        value, slope = hermite(left, right, middle.x)
-        off_value, off_slope = np.abs(middle.value - value), np.abs(middle.slope - slope)
-        typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
-        close = (off_value <= VALUE_FIT * self.value_scale) & (off_slope <= SLOPE_FIT * typical)
-        sure = _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
-        # Where the value does not change in any digit, slopes have no consequence.
-        flat = self._flat(left, middle) & self._flat(middle, right)
-        rounding = FLAT * np.abs(middle.value)
-        return (close & sure) | (flat & (off_value <= VALUE_FIT * self.value_scale + rounding))
+            value, slope = hermite(left, right, middle.x)
+            off_value, off_slope = np.abs(middle.value - value), np.abs(middle.slope - slope)
+            typical = np.abs(left.slope) + np.abs(right.slope) + 0.1 * self.slope_scale
+            allowed = VALUE_FIT * self.value_scale
+            close = (off_value <= allowed) & (off_slope <= SLOPE_FIT * typical)
+            sure = _sign_is_sure(left, middle, off_slope) & _sign_is_sure(middle, right, off_slope)
+            # Where the value does not change in any digit, slopes have no consequence.
+            flat = self._flat(left, middle) & self._flat(middle, right)
+            flat &= off_value <= allowed + FLAT * np.abs(middle.value)
+        return np.asarray(gap | (same & ((close & sure) | flat)))
 
     def _flat(self, left: Nodes, right: Nodes) -> Bools:
         """Tell for which cells the slopes at the ends change no digit of the value."""

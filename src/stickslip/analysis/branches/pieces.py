@@ -156,15 +156,12 @@ class _EndImages:
     """Orbits of the images of all lap ends: row e is the left end of lap e, row n + e the right."""
 
     def __init__(self, laps: Laps) -> None:
-        n = len(laps)
         self.laps = laps
-        self.at = np.concatenate([laps.value_left, laps.value_right])
         rising = np.where(laps.direction < 0, -1, 1)
         # Just inside the left end of a rising lap values are above those at the end.
         self.side = np.concatenate([rising, -rising]).astype(np.intp)
-        self.orbit = self.at[:, None]
+        self.orbit = np.concatenate([laps.value_left, laps.value_right])[:, None]
         self.number = np.concatenate([laps.end_left, laps.end_right])
-        self.n = n
 
     def extend(self) -> None:
         """Append one more image to every orbit."""

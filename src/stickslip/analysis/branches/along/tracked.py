@@ -229,7 +229,7 @@ def _by_labels(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalRe
     left, right = Branch.of(border.left_label), Branch.of(border.right_label)
     probe = Probe(f)
     found = find_change(probe, left, right, border.x, REACH * reach)
-    return None if found is None else _described(probe, *found, left, right, border.x)
+    return None if found is None else _described(probe, *found, border.x)
 
 
 @remembered
@@ -268,17 +268,15 @@ def _by_step(f: Any, border: TrackedDiscontinuity, reach: float) -> CriticalRead
         probe.look([*np.linspace(*ends, FAN).tolist(), *[0.0][: ends[0] < 0 < ends[1]]])
     else:
         return None
-    found = _described(probe, last, first, last.branch, first.branch, border.x)
+    found = _described(probe, last, first, border.x)
     return found if found.critical == replace(border, x=found.x) else None
 
 
-def _described(
-    probe: Probe, last: Seen, first: Seen, left: Branch, right: Branch, near: float
-) -> CriticalReading:
+def _described(probe: Probe, last: Seen, first: Seen, near: float) -> CriticalReading:
     """Take limits from both branches beside a break, found from where it was expected."""
     mesh = NearDiscontinuity(probe.f)
     ends = _nodes(last, first)
-    room = np.array([probe.extent(last.x, left, -1), probe.extent(first.x, right, 1)])
+    room = np.array([probe.extent(end.x, end.branch, k) for end, k in ((last, -1), (first, 1))])
     limits = limits_inside(mesh, ends, np.array([-1.0, 1.0]), room)
     # The first float to the right, but one that has a value; beside 0, 0 rather than a tiny one.
     x = last.x if last.x == 0 or not first.branch.ok else first.x
@@ -286,7 +284,7 @@ def _described(
     at_left, at_right = limits.take(slice(0, 1)), limits.take(slice(1, 2))
     (kind,) = kind_of(mesh, at_left, at_right, np.array([first.x - last.x]))
     (value, beyond), (slope, slope_beyond) = limits.value.tolist(), limits.slope.tolist()
-    left_label, right_label = (b.label if b.ok else None for b in (left, right))
+    left_label, right_label = (b.label if b.ok else None for b in (last.branch, first.branch))
     critical = TrackedDiscontinuity(left_label, right_label, x, kind, abs(x - near))
     sides = value, beyond, slope, slope_beyond
     scatter = float(at_left.scatter[0]), float(at_right.scatter[0])
@@ -421,7 +419,7 @@ def piece_end(
     for i in pairs if rightwards else reversed(pairs):
         if is_left(probe.seen[i].branch) and not is_left(probe.seen[i + 1].branch):
             last, first = close_in(probe, is_left, (i, i + 1))
-            return _described(probe, last, first, last.branch, first.branch, last.x)
+            return _described(probe, last, first, last.x)
     return None
 
 
