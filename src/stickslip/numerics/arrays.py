@@ -36,6 +36,12 @@ class Columns:
         for name in self.__dataclass_fields__:
             getattr(self, name)[index] = getattr(other, name)
 
+    def replaced(self, where: Any, other: Self) -> Self:
+        """Return a copy, the rows at an index or mask taken from another."""
+        made = self.joined()
+        made.put(where, other.take(where))
+        return made
+
     def joined(self, *others: Self) -> Self:
         """Return the rows of all, one after the other."""
         names, parts = self.__dataclass_fields__, (self, *others)

@@ -38,14 +38,6 @@ class Ends(Columns):
     number: Indices  # which end of a lap of f the orbit meets (see `Laps`) ...
     depth: Indices  # ... after how many maps
 
-    def replaced(self, where: Bools, others: Ends) -> Ends:
-        """Return a copy with ends taken from ``others`` where the mask says so."""
-        return Ends(
-            np.where(where[:, None], others.orbit, self.orbit),
-            np.where(where, others.number, self.number),
-            np.where(where, others.depth, self.depth),
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
@@ -287,11 +279,7 @@ class Hints:
         nearest = np.where(np.abs(places[left] - x) < np.abs(places[right] - x), left, right)
         usable = (np.abs(places[nearest] - x) <= self.reach) & np.isfinite(limits.value)
         usable &= np.isfinite(known.value[nearest]) & ~np.isnan(known.slope[nearest])
-        return Limits(
-            np.where(usable, known.value[nearest], limits.value),
-            np.where(usable, known.slope[nearest], limits.slope),
-            np.where(usable, known.scatter[nearest], limits.scatter),
-        )
+        return limits.replaced(usable, known.take(nearest))
 
 
 def hints_of(pieces: Pieces, n_breaks: int) -> Hints:

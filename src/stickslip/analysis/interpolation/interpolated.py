@@ -107,11 +107,8 @@ class InterpolatedMap:
         return shaped(points.shape, value, slope, label, status, np.full(flat.shape, np.nan))
 
     def _statuses(self, x: Floats) -> Integers:
-        gaps = self.table.gaps
-        if not len(gaps):
-            return np.full(x.shape, UNDEFINED, dtype=np.int64)
-        place = interval_of(x, *gaps.T)
-        found = np.where(place >= 0, self.gap_statuses[place], UNDEFINED)
+        place = interval_of(x, *self.table.gaps.T)
+        found = np.append(self.gap_statuses, UNDEFINED)[place]
         return np.where(found == OK, UNDEFINED, found)
 
     def _are_unknown(self, x: Floats) -> Bools:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import TYPE_CHECKING, Any, Final, cast, overload
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from stickslip.analysis.maps.protocol import (
     Labels,
     Map1D,
     MapND,
-    MapValues,
     Modelled,
     domain_size,
     sample,
@@ -48,8 +47,6 @@ from stickslip.vocabulary import suggests
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from numpy.typing import ArrayLike
 
     from stickslip.analysis.branches.breakpoints import Breakpoint
     from stickslip.analysis.branches.laps import Laps
@@ -172,12 +169,8 @@ class _Counted:
     def domain(self) -> tuple[float, float]:
         return self.f.domain
 
-    def evaluate(self, x: ArrayLike, /) -> MapValues:
-        self.count[0] += np.size(x)
-        return self.f.evaluate(x)
-
     def value_and_derivative(self, x: Floats) -> tuple[Floats, Floats]:
-        """Values and slopes alone: many maps have them sooner."""
+        """Values and slopes, all that laps ask for."""
         self.count[0] += np.size(x)
         return values_and_slopes(self.f, x)
 
@@ -187,7 +180,7 @@ class _Search:
 
     def __init__(self, table: BranchTable) -> None:
         self.table = table
-        self.counted = _Counted(table.f)
+        self.counted = cast("Any", _Counted(table.f))
         # Cut at harmless breakpoints, too: across them slopes bend, and no cubic foretells that.
         self.laps: Laps = replace(table.pieces, f=self.counted)
         self.scale = domain_size(table.f)

@@ -288,9 +288,7 @@ def _without_bystanders(
 
 def _summary(attractors: list[_Seen]) -> LocalAttractor:
     """One description of all attractors concerned; no number where theirs differ."""
-    found = {seen.local() for seen in attractors}
-    if not found:
-        return LocalAttractor("none")
+    found = {seen.local() for seen in attractors} or {NONE}
     if len(found) == 1:
         return found.pop()
     kinds = {each.kind for each in found}
