@@ -248,7 +248,8 @@ def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
     edges = bands.intervals.ravel().copy()
     known = {(x, side) for x, side, order in bands.sources if order}
     row = {source: k for k, source in enumerate(sorted(known))}
-    starts = np.array([_one_sided(laps, *source) for source in row])
+    limits = {-1: (laps.right, laps.value_right), 1: (laps.left, laps.value_left)}
+    starts = np.array([limits[side][1][np.searchsorted(limits[side][0], x)] for x, side in row])
     images = advance(f, starts, max((order for *_, order in bands.sources), default=0) - 1)
     for i, (x, side, order) in enumerate(bands.sources):
         if order:
@@ -259,12 +260,6 @@ def on_map(f: Map1D, laps: Laps, bands: Bands) -> Bands:
     slack = SAME * domain_width(f)
     there = _described(f, laps, intervals, bands.sources, bands.period, slack)
     return replace(there, lowest_period=bands.lowest_period)
-
-
-def _one_sided(laps: Laps, x: float, side: int) -> float:
-    if side > 0:
-        return float(laps.value_left[np.searchsorted(laps.left, x)])
-    return float(laps.value_right[np.searchsorted(laps.right, x)])
 
 
 def _described(

@@ -101,15 +101,12 @@ class InterpolatedMap:
         label[known] = self.cell_labels[cell[known]]
         status = np.full(flat.shape, OK, dtype=np.int64)
         if not known.all():
-            why = self._statuses(flat[~known])
+            place = interval_of(flat[~known], *self.table.gaps.T)
+            why = np.append(self.gap_statuses, UNDEFINED)[place]
             asked = self._are_unknown(flat[~known])
-            status[~known] = np.where(asked, np.where(np.isnan(value[~known]), UNDEFINED, OK), why)
+            why[asked | (why == OK)] = UNDEFINED
+            status[~known] = np.where(asked & ~np.isnan(value[~known]), OK, why)
         return shaped(points.shape, value, slope, label, status, np.full(flat.shape, np.nan))
-
-    def _statuses(self, x: Floats) -> Integers:
-        place = interval_of(x, *self.table.gaps.T)
-        found = np.append(self.gap_statuses, UNDEFINED)[place]
-        return np.where(found == OK, UNDEFINED, found)
 
     def _are_unknown(self, x: Floats) -> Bools:
         """Tell which points lie where branches are too narrow for the table."""

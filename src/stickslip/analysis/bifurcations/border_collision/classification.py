@@ -6,7 +6,6 @@ Side: -1 left of the border c, 1 right. Direction: sign of the change of f^p(c) 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -57,9 +56,10 @@ def predicted_at_corner(
     a, b = left_slope, right_slope
     if a != a or b != b:
         raise ValueError(f"slopes ({a}, {b}) at a corner: NaN shows a gap, not a corner.")
+    # Of f^p; in steps of f a band or point there is p of them.
+    found = (attractor_of_skew_tent(a, b, side) for side in (-direction, direction))
     before, after = (
-        _in_steps_of_f(attractor_of_skew_tent(a, b, side), period)
-        for side in (-direction, direction)
+        LocalAttractor(x.kind, x.period * period, x.base * period, x.offset * period) for x in found
     )
     pairs, doubles = paired_side(a, b), doubled_side(a, b)
     text = f"slopes {a:.6g}, {b:.6g} at the corner: {_orbits_at_corner(pairs, doubles, period)}"
@@ -68,13 +68,6 @@ def predicted_at_corner(
     if pairs:
         orbits = "born in pairs" if pairs == direction else "die in pairs"
     return Outcome(orbits, after.kind, text, before, after)
-
-
-def _in_steps_of_f(found: LocalAttractor, period: int) -> LocalAttractor:
-    """Translate from steps of f^p: a band or point there is p of them."""
-    return replace(
-        found, period=found.period * period, base=found.base * period, offset=found.offset * period
-    )
 
 
 def _orbits_at_corner(pairs: int, doubles: int, period: int) -> str:
