@@ -8,17 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from stickslip.numerics.targets import kernel
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from stickslip.analysis.maps.protocol import Floats, Labels
-
-    Bools = NDArray[np.bool_]
-    Counts = NDArray[np.intp]
+    from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Labels
 
 
 @kernel
-def cyclic_rows(s: Floats, b: Floats, periods: Counts, y: Floats) -> None:
+def cyclic_rows(s: Floats, b: Floats, periods: Indices, y: Floats) -> None:
     """Solve s_i y_i - y_(i+1) = b_i, cyclic in each row of its own length."""
     for k in range(len(s)):
         cyclic_row(s[k, : periods[k]], b[k, : periods[k]], y[k, : periods[k]])
@@ -51,7 +45,7 @@ def cyclic_row(s: Floats, b: Floats, y: Floats) -> None:
 class NewtonStates(NamedTuple):
     """Newton's method for k orbits (k, P) of their own periods, between its steps."""
 
-    periods: Counts
+    periods: Indices
     guess: Floats
     lower: Floats  # bounds of the points
     upper: Floats

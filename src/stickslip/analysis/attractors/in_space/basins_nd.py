@@ -27,11 +27,8 @@ from stickslip.results.result import Result
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
+    from stickslip.analysis.attractors.in_space.fates import Labels
     from stickslip.analysis.work import Work
-
-    Integers = NDArray[np.int16]
 
 CHECKED: Final = 256  # decided starts that are followed further
 LONGER: Final = 10  # median times of settling by which they are
@@ -91,7 +88,7 @@ class BasinsND(Result):
     undecided.
     """
 
-    index: Integers
+    index: Labels
     axes: tuple[Floats, ...]
     coordinates: tuple[int, ...]
     point: Floats
@@ -183,7 +180,7 @@ class BasinsND(Result):
         }
 
 
-def _uncertainty(index: Integers) -> float:
+def _uncertainty(index: Labels) -> float:
     """Slope of log(share of pairs with different fates) against log(distance)."""
     reach = [2**k for k in range(5) if 2 ** (k + 2) <= min(index.shape)]
     shares = []

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from stickslip.analysis.bifurcations.curves.plane_equations import replaced_sides
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.branches.breakpoints import Breakpoint
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
@@ -170,13 +171,9 @@ class _BreakFollower(Follower):
         except ValueError as reason:
             raise ConditionLost(str(reason)) from reason
         found = last.critical.at(f)
-        old, new = last.critical, found.critical
-        assert isinstance(old, TrackedDiscontinuity)
-        assert isinstance(new, TrackedDiscontinuity)
-        relabelled = (old.left_label, old.right_label) != (new.left_label, new.right_label)
         steps = np.abs([found.left - last.left, found.right - last.right])
         # Where a branch is continued by another one smoothly, only the label changes.
-        if relabelled and not np.nanmax(steps) <= SUDDEN * domain_width(f):
+        if replaced_sides(last, found) and not np.nanmax(steps) <= SUDDEN * domain_width(f):
             raise ConditionLost(f"the {last.kind} at {last.x:.12g} meets another break, or splits")
         return found
 

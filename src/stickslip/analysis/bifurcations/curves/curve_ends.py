@@ -58,7 +58,7 @@ def end_event(equations: Equations, last: CurvePoint) -> Event:
             # Of a long message, what is not allowed.
             reason = str(lost.cause).split(". ")[0]
             break
-        replaced = replaced_sides(last.note, beyond)
+        replaced = replaced_sides(last.note.critical, beyond.critical)
         if replaced:
             return _other_break(equations, last, beyond, replaced[0])
         changed = changed_labels(last.note, beyond)

@@ -22,6 +22,7 @@ from stickslip.analysis.maps.protocol import Floats, domain_width
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
+    from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.numerics.continuation import CurvePoint
 
 DIFFERENCE: Final = 1e-5  # of a scale: second derivatives of maps, and functions of R^n
@@ -263,7 +264,7 @@ def _same(a: Reading, b: Reading, near: float) -> bool:
         away <= near
         and kinds[0] == kinds[1]
         and not changed_labels(a, b)
-        and not replaced_sides(a, b)
+        and not replaced_sides(a.critical, b.critical)
     )
 
 
@@ -273,11 +274,9 @@ def changed_labels(a: Reading, b: Reading) -> list[int]:
     return [i for i, (first, second) in enumerate(pairs) if first != second]
 
 
-def replaced_sides(a: Reading, b: Reading) -> list[str]:
+def replaced_sides(a: CriticalReading | None, b: CriticalReading | None) -> list[str]:
     """Sides of a border on which there is another branch than before."""
-    if a.critical is None or b.critical is None:
-        return []
-    old, new = a.critical.critical, b.critical.critical
+    old, new = (None if reading is None else reading.critical for reading in (a, b))
     if not (isinstance(old, TrackedDiscontinuity) and isinstance(new, TrackedDiscontinuity)):
         return []
     labels = {"left": (old.left_label, new.left_label), "right": (old.right_label, new.right_label)}
