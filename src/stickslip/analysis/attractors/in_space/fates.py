@@ -36,7 +36,6 @@ TILE: Final = 16384  # points that a thread follows in a row
 class Cells:
     """Cells of a grid that hold attractors, each with its label."""
 
-    f: Any
     box: Floats
     per_cell: Floats
     counts: Integers
@@ -108,7 +107,7 @@ def _marked(f: MapND, found: AttractorListND, size: float) -> tuple[Cells, bool]
     joined, owners = np.concatenate(keys), np.concatenate(labels)
     order = np.argsort(joined, kind="stable")
     joined, owners = joined[order], owners[order]
-    made = Cells(f, box, per_cell, counts, joined, owners, size)
+    made = Cells(box, per_cell, counts, joined, owners, size)
     return made, bool((np.diff(joined) > 0).all())
 
 

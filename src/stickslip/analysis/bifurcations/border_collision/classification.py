@@ -186,22 +186,20 @@ def predicted_at_gap(slope: float, side: int, direction: int, *, period: int = 1
 def observed(
     orbits_before: Sequence[PeriodicOrbit],
     orbits_after: Sequence[PeriodicOrbit],
-    attractors_before: Sequence[Attractor] = (),
-    attractors_after: Sequence[Attractor] = (),
+    attractors_before: Sequence[Attractor],
+    attractors_after: Sequence[Attractor],
     *,
     period: int = 1,
     gap: bool = False,
-    width: float | None = None,
+    width: float,
 ) -> Outcome:
     """Name what happened, from orbits beside a border and all attractors, before and after."""
     # Bystanders, found on both sides in about the same place, do not count. ``gap``: its edge is
     # the border.
-    everything = (*attractors_before, *attractors_after)
-    scale = width or max((float(np.abs(a.bands).max()) for a in everything), default=0.0)
     before, after = _without_bystanders(
-        [_Seen(a, orbits_before, MOVED * scale) for a in attractors_before],
-        [_Seen(a, orbits_after, MOVED * scale) for a in attractors_after],
-        MOVED * scale,
+        [_Seen(a, orbits_before, MOVED * width) for a in attractors_before],
+        [_Seen(a, orbits_after, MOVED * width) for a in attractors_after],
+        MOVED * width,
     )
     orbits = _orbits(orbits_before, orbits_after, period, gap)
     text = f"{_counts(orbits_before)} before, {_counts(orbits_after)} after"
