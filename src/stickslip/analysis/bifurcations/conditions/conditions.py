@@ -213,7 +213,7 @@ class Collision:
         others = tuple(replace(other, border=met[other.place][0].critical) for other in self.others)
         return Reading(
             value=path.points[-1] - border.x,
-            noise=rounding(f, path, border.uncertainty, border.scatter[self.side > 0]),
+            noise=rounding(f, path),
             points=path.points[:-1],
             multipliers=(paths[-1].slope, paths[1].slope),
             condition=Collision(self.period, border.critical, self.side, others),
@@ -247,8 +247,7 @@ class Connection:
         points = orbit.points[:-1]
         return Reading(
             value=path.points[-1] - points[0],
-            noise=rounding(f, path, critical.uncertainty, critical.scatter[self.side > 0])
-            + orbit.error,
+            noise=rounding(f, path) + orbit.error,
             points=points,
             multipliers=(orbit.slope,),
             condition=Connection(critical.critical, self.side, self.k, points),
@@ -278,12 +277,7 @@ class Contact:
         assert isinstance(met, TrackedDiscontinuity | DomainEnd)
         return Reading(
             value=path.points[-1] - border.x,
-            noise=rounding(
-                f,
-                path,
-                critical.uncertainty + border.uncertainty,
-                critical.scatter[self.side > 0],
-            ),
+            noise=rounding(f, path, border.uncertainty),
             points=(border.x,),
             multipliers=(math.nan,),
             condition=Contact(critical.critical, self.side, self.k, met),

@@ -33,6 +33,7 @@ class Path:
     labels: tuple[int, ...]  # of the points that the map was evaluated at
     complete: bool  # all images exist
     error: float = 0.0  # bound of the points' errors, where these were solved for
+    off: tuple[float, float] = (0.0, 0.0)  # of a critical point: its uncertainty, and its value's
 
     @property
     def slope(self) -> float:
@@ -59,9 +60,9 @@ def path_from(
     if not math.isfinite(value):
         return Path((critical.x,), (), (), False)
     rest = path_of(f, value, n - 1, {k - 1: other for k, other in others.items()})
-    return Path(
-        (critical.x, *rest.points), (critical.slope(side), *rest.slopes), rest.labels, rest.complete
-    )
+    points, slopes = (critical.x, *rest.points), (critical.slope(side), *rest.slopes)
+    off = critical.uncertainty, critical.scatter[side > 0]
+    return Path(points, slopes, rest.labels, rest.complete, off=off)
 
 
 def path_of(f: Map1D, x: float, n: int, others: Others = MappingProxyType({})) -> Path:
@@ -87,21 +88,18 @@ def path_of(f: Map1D, x: float, n: int, others: Others = MappingProxyType({})) -
     return Path(tuple(points[:known]), tuple(slopes[:last]), tuple(labels[:last]), last >= n)
 
 
-def rounding(f: Map1D, path: Path, position: float = 0.0, scatter: float = 0.0) -> float:
-    """Estimate the rounding at the end of a path.
-
-    Its start may be off by ``position``, and the value there by ``scatter``.
-    """
+def rounding(f: Map1D, path: Path, aside: float = 0.0) -> float:
+    """Estimate the rounding at the end of a path, where its start may be off by so much more."""
     whole = getattr(f, "whole", f)
     # Of one value, by the map's own word if it has one.
     accuracy = getattr(whole, "accuracy", None)
     accuracy = ROUNDINGS * EPS * domain_width(whole) if accuracy is None else float(accuracy)
-    carried, error = 1.0, 0.0
+    carried, error, (position, scatter) = 1.0, 0.0, path.off
     for k, slope in reversed([*enumerate(path.slopes)]):
         error += (accuracy if k else accuracy + scatter) * carried
         # An infinite slope carries nothing on: the value beside it is a limit.
         carried *= abs(slope) if math.isfinite(slope) else 1.0
-    return error + (position + float(np.spacing(abs(path.points[0])))) * (1.0 + carried)
+    return error + (position + aside + float(np.spacing(abs(path.points[0])))) * (1.0 + carried)
 
 
 # ---------------------------------------------------------------- periodic orbits
