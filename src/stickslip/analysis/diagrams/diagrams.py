@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial as partial_of
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
@@ -230,14 +230,9 @@ def diagram_of(
 # ------------------------------------------------------------------ orbits
 
 
-@dataclass(frozen=True)
-class _Chunk:
-    """Neighbouring values of a diagram of a line."""
-
-    maps: list[Any]
-    values: Floats
-    critical: list[Floats] | None  # points of each map; None: no attractors are looked for
-    near_lists: Bools  # where an attractor may be new: next to lists, at the first
+# Neighbouring values of a diagram of a line: their maps, the values, critical points of each map
+# (None: no attractors are looked for), and where one may be new: next to lists, at the first.
+_Chunk: TypeAlias = "tuple[list[Any], Floats, list[Floats] | None, Bools]"
 
 
 def _chunks(
@@ -249,27 +244,27 @@ def _chunks(
     edges = np.linspace(0, n, math.isqrt(2 * n) + 1).astype(int)
     looks[edges] = True
     for part in map(slice, *np.array(list(pairwise(edges))).T):
-        yield _Chunk(maps[part], values[part], critical and critical[part], looks[part])
+        yield maps[part], values[part], critical and critical[part], looks[part]
 
 
 def _on_line(
     sampled: Sequence[SampledOrbit], iterates: int, chunks: Sequence[_Chunk]
 ) -> list[tuple[Filled, list[list[Motion]]]]:
     """Solve for every orbit at every value of some chunks; find the attractors there."""
-    filled = [fill(chunk.maps, chunk.values, sampled) for chunk in chunks]
+    filled = [fill(maps, values, sampled) for maps, values, *_ in chunks]
     tasks = [_attractors_on_line(*each, iterates) for each in zip(chunks, filled, strict=True)]
     return list(zip(filled, side_by_side(tasks), strict=True))
 
 
 def _attractors_on_line(chunk: _Chunk, filled: Filled, iterates: int) -> Asking[list[list[Motion]]]:
     """Gather the stable ones of the orbits at every value, and look for attractors besides."""
-    settler, rows = Settler(max(iterates, TOLD)), []
-    for k, f in enumerate(chunk.maps):
+    settler, rows, (maps, _, critical, near_lists) = Settler(max(iterates, TOLD)), [], chunk
+    for k, f in enumerate(maps):
         rows.append(_stable_cycles(filled, k))
-        if chunk.critical is not None:
+        if critical is not None:
             cycles = [motion.points for motion in rows[-1]]
-            spread = spread_points(f, SPREAD, None) if chunk.near_lists[k] else np.empty(0)
-            rows[-1] += yield from settler.at(f, cycles, chunk.critical[k], spread)
+            spread = spread_points(f, SPREAD, None) if near_lists[k] else np.empty(0)
+            rows[-1] += yield from settler.at(f, cycles, critical[k], spread)
     return rows
 
 
