@@ -203,16 +203,16 @@ def bifurcation_of(
 ) -> Bifurcation:
     """Describe a condition that was solved for."""
     reading = found.reading
-    points = np.array(reading.points)
+    points, value, error = np.array(reading.points), float(found.value), float(found.error)
     return Bifurcation(
         kind=kind,
         parameter=parameter,
-        value=float(found.value),
-        error=float(found.error),
+        value=value,
+        error=error,
         period=reading.condition.period,
         points=np.roll(points, -int(np.argmin(points))),
         quality=found.quality,
-        interval=(float(found.interval[0]), float(found.interval[1])),
+        interval=(value - error, value + error),
         residual=float(found.residual),
         condition=reading.condition,
         multipliers=reading.multipliers,

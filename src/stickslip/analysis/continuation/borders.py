@@ -155,8 +155,7 @@ class Meeting:
     value: float  # of the parameter
     points: Floats
     f: MapFamily
-    place: float  # of the border, ...
-    image: float  # ... and its one-sided value
+    image: float  # of the border: its one-sided value
     slopes: Floats  # one-sided at the border
     labels: Labels  # at the border maybe that of the other side
     residual: Floats
@@ -205,7 +204,7 @@ def _held(f: MapFamily, border: Border, q: float, guess: Floats) -> Meeting:
     images, slopes = values.value.copy(), values.derivative.copy()
     images[k], slopes[k] = met.value(side), met.slope(side)
     residual = images - np.roll(points, -1)
-    return Meeting(q, points, f, met.x, met.value(side), slopes, values.label, residual)
+    return Meeting(q, points, f, met.value(side), slopes, values.label, residual)
 
 
 def _newton_step(before: Meeting, now: Meeting, k: int, name: str) -> Floats:
@@ -222,7 +221,7 @@ def _newton_step(before: Meeting, now: Meeting, k: int, name: str) -> Floats:
     matrix[np.arange(p), np.arange(p)] = np.where(rest, now.slopes, 0.0)
     matrix[np.arange(p), ahead] -= np.where(ahead == k, 0.0, 1.0)
     matrix[:, k] = rates
-    matrix[k - 1, k] -= (now.place - before.place) / difference
+    matrix[k - 1, k] -= (now.points[k] - before.points[k]) / difference
     try:
         return np.asarray(np.linalg.solve(matrix, -now.residual), dtype=np.float64)
     except np.linalg.LinAlgError as reason:

@@ -37,7 +37,6 @@ class Located:
     value: float
     error: float  # (abs(test function) + noise) / abs(slope), at least 2 ulp
     residual: float  # test function at `value`
-    interval: tuple[float, float]  # ``value`` minus and plus ``error``
     quality: str  # "failed" where the test function jumps over zero
     slope: float  # of the test function
     reading: Reading  # at `value`
@@ -94,7 +93,6 @@ class Readings:
             value=t,
             error=error,
             residual=reading.value,
-            interval=(t - error, t + error),
             quality="failed" if self._jumps_at(t) else "located",
             slope=slope,
             reading=reading,
