@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.analysis.work import Work
 
+ONE_SIDED: Final = ("left", "right", "left_slope", "right_slope")  # of a border
 CONTROL: Final = StepControl(first=1 / 64, smallest=1e-10, largest=1 / 16)  # of the range
 BENT: Final = 2e-3  # of the breakpoint's whole way: larger misses of a prediction halve a step
 STRAIGHT: Final = 2e-4  # ... and smaller ones double it
@@ -50,19 +51,10 @@ class BreakpointProblem(Problem):
             found = nearest.at(f)
         except ConditionLost as lost:
             raise ValueError(f"{name} = {value:.12g}: {lost}.") from lost
-        return Breakpoint(
-            d=found.x,
-            left=found.left,
-            right=found.right,
-            left_slope=found.left_slope,
-            right_slope=found.right_slope,
-            kind=found.kind,  # type: ignore[arg-type]
-            left_label=found.label(-1),
-            right_label=found.label(1),
-            interval=found.interval,
-            scatter=found.scatter,
-            system=f,
-        )
+        same = (*ONE_SIDED, "kind", "interval", "scatter")
+        facts: Any = {name: getattr(found, name) for name in same}
+        left, right = found.labels
+        return Breakpoint(found.x, **facts, left_label=left, right_label=right, system=f)
 
 
 def follow_breakpoint(
@@ -149,14 +141,13 @@ class _BreakFollower(Follower):
     def assembled(self, rows: list[CurvePoint], **known: Any) -> Curve:
         """Make a curve of its readings."""
         readings: list[CriticalReading] = [row.note for row in rows]
-        columns = ("left", "right", "left_slope", "right_slope")
         return Curve(
             kind=self.kind,
             parameters={self.name: np.array([row.parameter for row in rows])},
             points=np.array([self.points(row) for row in rows]),
             multipliers=np.empty((len(rows), 0)),
             stable=np.zeros(len(rows), dtype=bool),
-            data={name: np.array([getattr(r, name) for r in readings]) for name in columns}
+            data={name: np.array([getattr(r, name) for r in readings]) for name in ONE_SIDED}
             | {"kind": tuple(r.kind for r in readings)},
             problem=BreakpointProblem(
                 self.system,

@@ -261,7 +261,7 @@ class OrbitSurvey:
 
     def _passed(self, item: CurveEvent) -> Bifurcation:
         note = f"rotation {item.rotation:.10g}" if item.kind == "neimark_sacker" else ""
-        return self._event(item.kind, item, item.points, item.error, note)
+        return self._event(item.kind, item, item.points, note)
 
     def _ended(self, end: CurveEnd) -> Bifurcation:
         kind, points, note = KINDS[end.reason], end.points, ""
@@ -271,19 +271,19 @@ class OrbitSurvey:
             met = "the end of the domain" if "domain" in end.reason else f"a {end.kind or 'gap'}"
             note = f"point {end.index + 1} of the orbit meets {met} of the map"
         text, block = end.border or ("", None)
-        found = self._event(kind, end, points, end.error, note)
+        found = self._event(kind, end, points, note)
         return replace(found, mechanism=text, block=block)
 
-    def _event(self, kind: Any, at: Any, points: Floats, error: float, note: str) -> Bifurcation:
+    def _event(self, kind: Any, at: Any, points: Floats, note: str) -> Bifurcation:
         turned = np.roll(points, -int(np.argmin(points[:, 0])), axis=0)
         return Bifurcation(
             kind=kind,
             parameter=self.name,
             value=at.value,
-            error=error,
+            error=at.error,
             period=len(points),
             points=turned,
-            interval=(at.value - error, at.value + error),
+            interval=(at.value - at.error, at.value + at.error),
             multipliers=at.multipliers,
             note=note,
             system=self.f,

@@ -69,15 +69,15 @@ class Probe:
             item = Seen(x, Branch(label if good else 0, good), *what)
             self.seen.insert(bisect_left(self.seen, x, key=lambda s: s.x), item)
 
-    def extent(self, x: float, branch: Branch, inward: int) -> float:
-        """How far from x, to the right (1) or left (-1), all that was seen is of one branch."""
+    def extent(self, end: Seen, inward: int) -> float:
+        """How far from a point, to the right (1) or left (-1), all that was seen is its branch."""
         reach = 0.0
         for s in self.seen if inward > 0 else reversed(self.seen):
-            distance = inward * (s.x - x)
+            distance = inward * (s.x - end.x)
             # Labels flicker beside a tie of events: they may be those of either side.
             if distance < SAME * domain_width(self.f):
                 continue
-            if s.branch != branch:
+            if s.branch != end.branch:
                 break
             reach = distance
         return reach
@@ -99,7 +99,7 @@ def _are_wide(probe: Probe, *ends: Seen) -> bool:
 
     def reach_in() -> bool:
         return all(
-            probe.extent(end.x, end.branch, inward) > 0 or abs(limit - end.x) <= blur
+            probe.extent(end, inward) > 0 or abs(limit - end.x) <= blur
             for end, inward, limit in sides
         )
 

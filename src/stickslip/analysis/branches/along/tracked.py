@@ -276,7 +276,7 @@ def _described(probe: Probe, last: Seen, first: Seen, near: float) -> CriticalRe
     """Take limits from both branches beside a break, found from where it was expected."""
     mesh = NearDiscontinuity(probe.f)
     ends = _nodes(last, first)
-    room = np.array([probe.extent(end.x, end.branch, k) for end, k in ((last, -1), (first, 1))])
+    room = np.array([probe.extent(last, -1), probe.extent(first, 1)])
     limits = limits_inside(mesh, ends, np.array([-1.0, 1.0]), room)
     # The first float to the right, but one that has a value; beside 0, 0 rather than a tiny one.
     x = last.x if last.x == 0 or not first.branch.ok else first.x
