@@ -198,6 +198,15 @@ def test_head_may_leave_early():
     assert done.stderr == ""
 
 
+def test_help_may_be_left_early():
+    command = [sys.executable, "-m", "stickslip.cli", "map", "--help"]
+    gone, closed = os.pipe()
+    os.close(gone)
+    done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True)
+    os.close(closed)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_no_progress_where_nobody_watches():
     command = [sys.executable, "-m", "stickslip.cli", "map", "--preset", "coulomb"]
     command += ["--grid", "100000"]

@@ -96,8 +96,10 @@ def run(tokens: list[str]) -> int:
         return DONE if code is None else int(code)
     except CycloptsError as error:
         return _tell(tokens, error, BAD_USAGE)
-    except BrokenPipeError:
-        _drop_output()
+    except (BrokenPipeError, SystemExit) as error:
+        if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
+            raise
+        _drop_output()  # of help, Rich makes an exit with 1 of a pipe that is closed
         return DONE
     except (Exception, KeyboardInterrupt) as error:
         code = _tell(tokens, error, exit_code_of(error))
