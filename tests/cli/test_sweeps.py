@@ -60,6 +60,22 @@ def ended(capsys, *tokens):
     return code, captured.out, captured.err
 
 
+@pytest.mark.skipif(not os.path.exists("/proc/self"), reason="a folder of Linux")
+def test_a_place_where_nothing_can_be_written_is_told(plan, capsys):
+    code, _, err = ended(capsys, "sweep", plan, "--store", "/proc/map")
+    assert code == 2
+    assert "cannot write /proc/map: No such file or directory (/proc/.map.lock)" in err
+
+
+def test_a_store_is_named_as_it_was_given(plan, capsys):
+    assert "sweep: --store '" in ended(capsys, "sweep", plan, "--store", plan)[2]
+    assert (
+        "sweep: --store 'foo" in ended(capsys, "sweep", plan, "--store", "foo://x", "--resume")[2]
+    )
+    plan.write_text(PLAN.replace("map.zarr", plan.name))
+    assert "sweep: store = '" in ended(capsys, "sweep", plan)[2]
+
+
 def test_a_plan_is_run_beside_its_file(plan, capsys):
     code, out, err = ended(capsys, "sweep", plan)
     assert (code, out) == (0, f"{plan.parent / 'map.zarr'}\n")

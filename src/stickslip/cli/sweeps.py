@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from stickslip.cli.options import OUTPUT, Flag, OutputOptions, Whole, pairs
-from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, note, of_file
+from stickslip.cli.output import PICTURE_SUFFIXES, draw_pictures, new_files, note, of_file, told_as
 from stickslip.cli.process import ComputationError, RefusalError, UsageError, advise
 from stickslip.files import checked_suffix
 
@@ -59,18 +61,23 @@ def sweep(
     device
         Where orbits are followed: processor cores, or an NVIDIA GPU.
     """
+    from stickslip.sweeps.place import place_of
     from stickslip.sweeps.plan import read_plan
 
     with of_file():
         read = read_plan(plan)
     where = store or read.store
-    if status or not resume:
-        known = _known(read, where)
+    with _endings(store):
+        place_of(where, read.arguments["storage_options"])
+        if status or not resume:
+            known = _known(read, where)
     if not status:
         if not resume and known is not None:
             done = f"{known['done']} of {known['chunks']} chunks done"
             raise RefusalError(f"{where} exists, {done}; --resume goes on with it")
-        known = _run_plan(read, where, threads, scheduler, device)
+        advise(f"what was finished is kept in {where}; --resume goes on with it")
+        with _endings(store), _client(scheduler) as client:
+            known = _facts(read.run(store=where, threads=threads, client=client, device=device))
     facts: dict[str, Any] = {"store": where, "done": 0, "chunks": None, **(known or {})}
     if refused := facts.get("refused"):
         note(refused, quiet=output.quiet)
@@ -85,15 +92,13 @@ def sweep(
 
 def _known(plan: Plan, where: str) -> dict[str, Any] | None:
     """Tell how much of a store is done; None if there is no store."""
-    from stickslip.errors import StoreAbsent, StoreRefused
+    from stickslip.errors import StoreAbsent
     from stickslip.sweeps.sweep import open_sweep
 
     try:
         return _facts(open_sweep(where, storage_options=plan.arguments["storage_options"]))
     except StoreAbsent:
         return None
-    except StoreRefused as error:
-        raise RefusalError(str(error)) from error
 
 
 def _facts(found: xarray.Dataset) -> dict[str, Any]:
@@ -101,24 +106,18 @@ def _facts(found: xarray.Dataset) -> dict[str, Any]:
     return {name: found.attrs[name] for name in told if name in found.attrs}
 
 
-def _run_plan(
-    plan: Plan,
-    where: str,
-    threads: int | None,
-    scheduler: str | None,
-    device: str,
-) -> dict[str, Any]:
-    """Run the sweep, and give each way of ending badly its exit code."""
+@contextmanager
+def _endings(option: str | None) -> Iterator[None]:
+    """Give each way of ending badly its exit code; a plan names its store by a key, no option."""
     from stickslip.errors import StoreBusy, StoreRefused, TilesFailed, WorkersLost
 
-    advise(f"what was finished is kept in {where}; --resume goes on with it")
-    with _client(scheduler) as client:
-        try:
-            return _facts(plan.run(store=where, threads=threads, client=client, device=device))
-        except (StoreRefused, StoreBusy) as error:
-            raise RefusalError(str(error)) from error
-        except (TilesFailed, WorkersLost) as error:
-            raise ComputationError(str(error)) from error
+    words = str if option is None else told_as
+    try:
+        yield
+    except (StoreRefused, StoreBusy) as error:
+        raise RefusalError(words(error)) from error
+    except (TilesFailed, WorkersLost) as error:
+        raise ComputationError(words(error)) from error
 
 
 def _client(scheduler: str | None) -> Any:

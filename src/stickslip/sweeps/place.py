@@ -256,7 +256,12 @@ def _file_lock(place: Place) -> Iterator[Callable[[], None]]:
     from filelock import FileLock, Timeout
 
     holder = Path(place.beside(HOLDER))
-    holder.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        holder.parent.mkdir(parents=True, exist_ok=True)
+        Path(place.beside(LOCK)).touch()  # else it counts as held where it cannot be made
+    except OSError as error:
+        told = f"cannot write {place.url}: {error.strerror} ({error.filename})"
+        raise type(error)(told) from error
     lock = FileLock(place.beside(LOCK))
     try:
         lock.acquire(timeout=0)
