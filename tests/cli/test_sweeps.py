@@ -157,7 +157,7 @@ def test_a_store_of_another_plan_is_refused(plan, capsys):
         ("from = 0.03, ", "", "axes.V.from: missing"),
         ("[1.1, 1.2, 1.3]", "7", "axes.alpha = 7: a list of values is needed, or a table {"),
         ("[1.1, 1.2, 1.3]", '[1.1, "x"]', "axes.alpha[1] = 'x': a number is needed"),
-        ("alpha = [", "alhpa = [", "axes.alhpa: TwoBlock has no parameter 'alhpa'"),
+        ("alpha = [", "alhpa = [", "axes.alhpa is no parameter that takes a number. Known: alpha"),
         ("mu = 0.22", "mu = 7.0", "[model] [friction] mu = 7.0"),
         (
             '"coulomb"',

@@ -65,9 +65,10 @@ def test_an_impossible_axis_is_refused(arguments, words):
     [
         (
             {"axes": {"v": (0.1, 0.2, 3)}},
-            "axis 'v': TwoBlock has no parameter 'v'.* Did you mean 'V'",
+            "axis 'v' is no parameter that takes a number.* Did you mean 'V'",
         ),
         ({"axes": {3: [0.1]}}, "a name in axes = 3 .*is not text, as in"),
+        ({"axes": {"friction": [0.1]}}, "Known: alpha, beta, V, mu, viscous, damping\\.$"),
         ({"axes": {"V": [-1.0, 1.0]}}, r"axis 'V': V = -1\.0"),
         ({"axes": {"d": [0.1]}, "d": 0.2}, "d is an axis and a number"),
         ({"d": np.nan}, "d = nan"),

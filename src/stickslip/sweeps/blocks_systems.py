@@ -25,6 +25,11 @@ class FamilySystem(System):
 
     model: Model
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers that may vary."""
+        return self.model.replaceable
+
     def identity(self) -> dict[str, Any]:
         """Describe the model in values that JSON can hold."""
         plant = self.model.plant

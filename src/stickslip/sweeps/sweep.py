@@ -34,7 +34,7 @@ from stickslip.sweeps.store import (
     refusals,
 )
 from stickslip.sweeps.systems import as_system
-from stickslip.vocabulary import suggests
+from stickslip.vocabulary import did_you_mean, suggests
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -352,6 +352,11 @@ def _check_values(system: System, name: str, axes: Mapping[str, Axis]) -> None:
         try:
             system.check({name: value})
         except ValueError as error:
+            if name not in system.names:
+                known = did_you_mean(name, system.names)
+                raise ValueError(
+                    f"axis {name!r} is no parameter that takes a number. {known}"
+                ) from error
             # The other parameters' own values may be what it does not go with: a corner may do.
             corners = ({name: value, **dict(each)} for each in itertools.product(*others))
             if not any(_allowed(system, corner) for corner in corners):

@@ -6,7 +6,7 @@ chunk it lies in and whoever computes it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import islice
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -207,6 +207,11 @@ class System:
     # from). What only some systems have is not defined here.
 
     lacks: Mapping[str, str] = MappingProxyType({})
+
+    @property
+    def names(self) -> Collection[str]:
+        """Names of the numbers that may vary."""
+        raise NotImplementedError
 
     def identity(self) -> dict[str, Any]:
         """Describe the system in values that JSON can hold."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -195,6 +195,11 @@ class MapSystem(System):
 
     def __init__(self, f: PiecewiseMap) -> None:
         self.f = f
+
+    @property
+    def names(self) -> Collection[str]:
+        """Names of the numbers that may vary."""
+        return self.f.parameters
 
     def identity(self) -> dict[str, Any]:
         """Describe the system in values that JSON can hold."""
