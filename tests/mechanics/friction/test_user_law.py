@@ -315,9 +315,16 @@ def test_what_is_wrong_with_a_formula_is_said(text, options, message):
 
 def test_a_law_has_no_parameter_that_is_a_number_of_its_model():
     """It hid that number: `parameters` told the law's value for it."""
-    law = friction_law("V + 0*s", parameters={"V": 0.3})
-    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
-    with pytest.raises(ValueError, match="V is a number of TwoBlock and a parameter of its fric"):
-        _ = model.parameters
+    for name in ("V", "damping", "units"):
+        law = friction_law(f"{name} + 0*s", parameters={name: 0.3})
+        with pytest.raises(ValueError, match=f" {name}: TwoBlock has one of that name"):
+            ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=law)
+        assert ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction=[law, law]).parameters
+    law = friction_law("static + 0*s", parameters={"static": 0.3})
+    with pytest.raises(ValueError, match=" static_1: Structure has one of"):
+        ss.Structure([1.0], [1.0], contacts=[ss.Contact(at=0, friction=law, V=0.5)])
+
+
+def test_a_formula_is_no_law_by_itself():
     with pytest.raises(ValueError, match=r"or a formula, in friction_law"):
         ss.TwoBlock(alpha=1.2, beta=1.3, V=0.1, friction="1 - s")

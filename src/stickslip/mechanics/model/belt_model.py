@@ -255,13 +255,18 @@ class BeltModel(ABC):
             name: laws[where[0][0]].parameters[where[0][1]]
             for name, where in self.law_parameters.items()
         }
-        numbers = self.numbers
-        if twice := sorted(numbers.keys() & friction.keys()):
+        return {**self.numbers, **friction, **self._wave_numbers}
+
+    def _check_law_names(self) -> None:
+        """Refuse a friction law whose parameter has the name of something else of the model."""
+        names = owners_of(self.friction, self.n_blocks, hidden=True)
+        if twice := names.keys() & {*self.numbers, *_arguments_of(type(self))}:
+            name = min(twice)
+            law = shown(self.laws[names[name][0][0]])
             raise ValueError(
-                f"{twice[0]} is a number of {type(self).__name__} and a parameter of its friction "
-                "law. Give the law's another name."
+                f"friction = {law} has a parameter {name}: {type(self).__name__} has one of that "
+                "name itself. Give the law's another name."
             )
-        return {**numbers, **friction, **self._wave_numbers}
 
     @property
     def replaceable(self) -> tuple[str, ...]:

@@ -93,6 +93,7 @@ class Blocks(BeltModel):
         self.friction: Friction = laws_of(friction, n)
         self.forcing = checked_forcing(forcing, n)
         self.V = belt_velocity(V, is_forced=forcing is not None)
+        self._check_law_names()
 
     @property
     def n_blocks(self) -> int:
@@ -211,6 +212,7 @@ class Chain(BeltModel):
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        self._check_law_names()
 
     @property
     def n_blocks(self) -> int:
@@ -296,6 +298,7 @@ class Oscillator(BeltModel):
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        self._check_law_names()
 
     @property
     def n_blocks(self) -> int:

@@ -108,6 +108,7 @@ class Structure(BeltModel):
         self._weights = np.array(
             [weights_of(contact, n, f"contacts[{k}]") for k, contact in enumerate(self.contacts)]
         )
+        self._check_law_names()
         check_contacts(self.plant)
 
     def _set_contacts(self, contacts: Any, force: Any, forcing: Any, n: int) -> None:
@@ -345,6 +346,7 @@ class StateSpace(Structure):
                     "form tells no displacement that could stretch a spring. Give masses, or a "
                     "rigid contact."
                 )
+        self._check_law_names()
         check_contacts(self.plant)
 
     _maker = "Structure.from_state_space"

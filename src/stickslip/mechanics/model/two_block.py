@@ -103,6 +103,7 @@ class TwoBlock(BeltModel):
             raise ValueError(f"units = {shown(self.units)} must be a Units(m=, k=, fs1=) or None.")
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        self._check_law_names()
 
     @classmethod
     def from_physical(
