@@ -97,6 +97,21 @@ def test_json_of_a_law_from_forces(here: Path, capsys: pytest.CaptureFixture[str
     np.testing.assert_allclose(document["result"]["value"], [0.5, 0.3], rtol=1e-4)
 
 
+def test_where_a_motion_starts_is_an_option(capsys: pytest.CaptureFixture[str], here: Path) -> None:
+    """The advice to give it had no option on the command line."""
+    model = ss.examples.coulomb()
+    t = np.linspace(0.0, 20.0, 40)
+    rows = zip(t.tolist(), ss.simulate(model, d=0.1, t_end=20).x(t)[:, 0].tolist(), strict=True)
+    Path("one.csv").write_text("\n".join(["t,x", *(f"{a!r},{b!r}" for a, b in rows)]))
+    given = ["fit", "one.csv", "--preset", "coulomb", "--V", "0.037", "--parameters", "V"]
+    assert main(given) == BAD_USAGE
+    advice = "give --x0 and --v0, with --free-start if they are guesses"
+    assert advice in capsys.readouterr().err
+    assert main([*given, "-d", "0.1", "--json"]) == DONE
+    result = json.loads(capsys.readouterr().out)["result"]
+    np.testing.assert_allclose(result["value"], [0.0366], rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("given", "code", "told"),
     [

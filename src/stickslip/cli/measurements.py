@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from cyclopts import Parameter
 
-from stickslip.cli.options import OUTPUT, Flag, ModelOptions, OutputOptions, Whole, pairs
+from stickslip.cli.options import (
+    OUTPUT,
+    Flag,
+    ModelOptions,
+    Numbers,
+    OutputOptions,
+    Starts,
+    Whole,
+    pairs,
+)
 from stickslip.cli.output import document, draw_pictures, new_folder, note, show_table
 from stickslip.cli.process import COMPUTATION_FAILED, DONE, UsageError
 
@@ -44,9 +53,7 @@ def fit(
     units: Words = (),
     sigma: float | None = None,
     sigma_v: float | None = None,
-    speeds: Annotated[
-        tuple[float, ...], Parameter(negative=(), consume_multiple=True, show_default=False)
-    ] = (),
+    speeds: Numbers = (),
     bounds: Words = (),
     priors: Words = (),
     pieces: Whole | None = None,
@@ -55,6 +62,10 @@ def fit(
     max_evaluations: Whole = 200,
     any_units: Flag = False,
     free_zero: Flag = False,
+    x0: Numbers = (),
+    v0: Numbers = (),
+    d: Starts = (),
+    free_start: Flag = False,
     out: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FOLDER")] = None,
     force: Annotated[Flag, Parameter(group=OUTPUT)] = False,
     output: OutputOptions = OutputOptions(),
@@ -102,6 +113,15 @@ def fit(
         Take data whose size is out of all proportion to the model's motions.
     free_zero
         Sensors of displacements count from unknown places, which are estimated, too.
+    x0
+        Where all blocks start, in the units of the files: needed where some are not measured, and
+        by times of events.
+    v0
+        Velocities that belong to --x0.
+    d
+        Instead: the global stick phase that the motion starts from.
+    free_start
+        The start given is a guess, which is estimated, too.
     out
         Write to this folder: the table (fit.csv), all of the result (fit.json, for
         stickslip.load), the fitted model (model.toml) and a picture (fit.svg, .pdf, .png).
@@ -117,7 +137,8 @@ def fit(
     scales = _units(units, model)
     errors = {"sigma": sigma, "sigma_v": sigma_v}
     settings: dict[str, Any] = {name: value for name, value in errors.items() if value is not None}
-    settings |= {"free_zero": True} if free_zero else {}
+    more = {"free_zero": free_zero, "free_start": free_start, "x0": x0, "v0": v0, "d": d}
+    settings |= {name: value for name, value in more.items() if value}
     if speeds and len(speeds) != len(records):
         raise UsageError(f"--speeds has {len(speeds)} numbers, and there are {len(records)} files")
     own: list[dict[str, Any]] = [{"V": speed} for speed in speeds] or [{}] * len(records)

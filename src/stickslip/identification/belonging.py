@@ -66,7 +66,7 @@ def _check_blocks(model: Model, data: Data, place: str) -> None:
             missing = sorted(set(range(1, n + 1)) - set(blocks))
             why = f"blocks {missing} are not measured" if missing else "a state has no velocities"
             raise ValueError(
-                f"{place}: {why}, so that the start cannot be guessed: give x0 and v0, with "
+                f"{place}: {why}, so that the start cannot be guessed: give x0= and v0=, with "
                 "free_start=True if they are guesses."
             )
 

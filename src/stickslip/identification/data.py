@@ -291,8 +291,8 @@ class EventTimes(_Motion):
         start = _start(self)
         if start["x0"] is None and start["d"] is None:
             raise ValueError(
-                "times of events do not tell where a motion starts: give x0 and v0, "
-                "or d, with free_start=True if they are guesses"
+                "times of events do not tell where a motion starts: give x0= and v0=, "
+                "or d=, with free_start=True if they are guesses"
             )
         block = whole_number("block", self.block)
         self._store(
