@@ -16,7 +16,7 @@ from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity
 from stickslip.analysis.branches.branches import branches, breakpoints
 from stickslip.analysis.continuation.continuation import follow_orbit
-from stickslip.analysis.maps.derived import WindowMap
+from stickslip.analysis.maps.derived import PowerMap, WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.orbits.periodic import periodic_orbits
 from stickslip.mechanics.eventmap.event_map import EventMap
@@ -176,6 +176,15 @@ def test_event_maps_are_made_again(path, model):
     assert isinstance(again["whole"], EventMap)
     assert again["part"] == WindowMap(f, (-0.1, 0.2))
     assert again["part"].f is again["whole"]  # equal maps are one
+
+
+def test_powers_of_maps_are_made_again(path):
+    f = event_map(models.coulomb())
+    for base, given in ((f, None), (examples.logistic(3.0), examples.logistic(3.0))):
+        save({"power": base.power(3)}, path)
+        assert load(path, system=given)["power"] == PowerMap(given or base, 3)
+        assert load(path, system=base.power(3))["power"] == base.power(3)
+    assert load(path)["power"] is None  # of a Python function, which nobody gave
 
 
 def test_maps_of_formulas_are_made_again(path):

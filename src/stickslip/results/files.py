@@ -476,7 +476,9 @@ class _Reader:
 
     def _given(self, parameters: dict[str, float]) -> Any:
         """Use the caller's map at the parameter values of the file."""
-        system: Any = getattr(self.system, "whole", self.system)  # the file knows the window
+        system: Any = self.system
+        while found := _kind_of(_parts, system):  # the file knows windows and powers
+            system = found[1].describe(system)["of"]
         own = getattr(system, "parameters", {})
         if set(own) != set(parameters):
             raise _SystemError(

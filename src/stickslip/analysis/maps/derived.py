@@ -299,4 +299,10 @@ def _window_map(values: dict[str, Any]) -> WindowMap | None:
     return None if f is None else WindowMap(f, tuple(window))
 
 
+def _power_map(values: dict[str, Any]) -> PowerMap | None:
+    f = values["of"]
+    return None if f is None else PowerMap(f, values["exponent"])
+
+
+register_part("power", PowerMap, lambda f: {"of": f.base, "exponent": f.exponent}, _power_map)
 register_part("window", WindowMap, lambda f: {"of": f.f, "window": list(f.window)}, _window_map)
