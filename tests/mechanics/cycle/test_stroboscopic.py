@@ -131,6 +131,19 @@ def test_a_map_is_known_by_its_model_and_settings() -> None:
     assert clocked.replace(V=0.04).settings == clocked.settings
 
 
+def test_a_state_beyond_the_ranges_given_is_no_point_of_the_map() -> None:
+    """The map said that it contains every state."""
+    free = ss.stroboscopic_map(BLOCK)
+    f = ss.stroboscopic_map(BLOCK, domain=[(-1.0, 1.0), (-2.0, 2.0)])
+    states = np.array([[0.5, 0.0], [1.5, 0.0], [0.0, np.nan]])
+    np.testing.assert_array_equal(f.contains(states), [True, False, False])
+    np.testing.assert_array_equal(free.contains(states), [True, True, False])
+    there, here = free.iterate([0.5, 0.0], 3), f.iterate([0.5, 0.0], 3)
+    assert not f.contains(there[1])
+    np.testing.assert_array_equal(here[:2], there[:2])
+    assert np.isnan(here[2:]).all()
+
+
 @pytest.mark.slow  # in every run: events along the amplitude, test_attractors_of_forced_blocks.py
 def test_the_corner_of_a_forced_block_where_one_orbit_becomes_three() -> None:
     """At a frequency of 0.586135: all orbits, and two folds beside it, are located."""

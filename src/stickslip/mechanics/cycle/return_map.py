@@ -239,7 +239,7 @@ class SpaceMap(ModelMap):
 
     @property
     def domain(self) -> Any:
-        """Ranges of the numbers within which `spread` draws points, as given; None: not said."""
+        """Ranges of the numbers, as given, beyond which an orbit has left; None: no bounds."""
         return self._window
 
     def spread(self, n: int) -> Floats:
@@ -264,14 +264,6 @@ class SpaceMap(ModelMap):
             )
         return points
 
-
-class ReturnMap(SpaceMap, SectionMap):
-    """From one event of a contact to the next, a map of R^n; `stickslip.return_map` makes it.
-
-    Calling it carries points, shape (..., n), to the next ones: entries of the state (x, v) and,
-    with forcing, its phase, as `coordinates` says. Immutable; equal settings compare equal.
-    """
-
     def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
         """Whether points are finite and within the ranges of `domain`, shape (...).
 
@@ -295,6 +287,14 @@ class ReturnMap(SpaceMap, SectionMap):
         left = ~self.contains(orbits[..., :-1, :])
         orbits[..., 1:, :][np.logical_or.accumulate(left, axis=-1)] = np.nan
         return orbits
+
+
+class ReturnMap(SpaceMap, SectionMap):
+    """From one event of a contact to the next, a map of R^n; `stickslip.return_map` makes it.
+
+    Calling it carries points, shape (..., n), to the next ones: entries of the state (x, v) and,
+    with forcing, its phase, as `coordinates` says. Immutable; equal settings compare equal.
+    """
 
 
 class LineReturnMap(SectionMap, LineMap):

@@ -25,7 +25,7 @@ from stickslip.vocabulary import suggests
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from stickslip.mechanics.cycle.sliding import Model
     from stickslip.mechanics.eventmap.records import Controls, Outputs
@@ -193,10 +193,6 @@ class StroboscopicMap(SpaceMap):
         """Entries of a state: two per block; of a model in state-space form its states."""
         return len(self.coordinates)
 
-    def contains(self, d: ArrayLike) -> NDArray[np.bool_]:
-        """Whether states are finite, shape (...)."""
-        return np.asarray(np.isfinite(d).all(axis=-1))
-
     def slip_from(self, d: ArrayLike, max_events: int) -> Trajectory:
         """Follow the motion from a state over a period."""
         x, v = np.split(self._admit(d), [len(self.model.plant.mass)])
@@ -283,7 +279,8 @@ def stroboscopic_map(
     max_events : int
         Changes of mode in one period after which a motion is given up.
     domain : sequence of pairs of float, optional
-        Range of each entry of a state, where searches for attractors and orbits start.
+        Range of each entry of a state, beyond which an orbit has left: searches for attractors and
+        orbits start there.
 
     Returns
     -------
