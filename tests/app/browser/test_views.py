@@ -103,6 +103,11 @@ def test_what_is_counted_is_in_the_window(explorer):
     assert "in this window no orbit attracts, 1 repels; 3 outside." in sentence
     sentence = explorer.panel("basins").locator(".sentence").text_content()
     assert sentence == "Of the starts d shown 100 % end on S4."
+    shares = """async () => {
+        const { percent } = await import("/static/views/basins.js");
+        return [0.994, 0.0004, 0].map(percent);
+    }"""
+    assert explorer.page.evaluate(shares) == ["99.4 %", "0.04 %", "none"]
 
 
 def test_what_is_counted_is_in_the_window_asked_for_before_it_is_drawn(explorer):

@@ -197,7 +197,7 @@ export class BasinsView extends View {
   }
 }
 
-export const percent = (/** @type {number} */ share) => `${short(100 * share, 3)} %`;
+export const percent = (/** @type {number} */ share) => (share ? `${short(100 * share, 3)} %` : "none");
 
 /** @param {any} attractor */
 export const name = ({ kind, period }) =>
