@@ -28,9 +28,11 @@ MOST_VALUES: Final = 10**8
 """Of a grid."""
 LARGEST: Final = 1e100
 """In size, of the numbers of a model."""
+SMALLEST: Final = 1.0 / LARGEST
+"""Of the numbers of a model that must be positive: it divides by them."""
 TOO_LARGE: Final = (
-    f"numbers of a model are at most {LARGEST:g} in size, so that their products are numbers, too. "
-    "Choose units in which they are nearer to 1."
+    f"numbers of a model are at most {LARGEST:g} in size, and positive ones at least {SMALLEST:g}, "
+    "so that their products are numbers, too. Choose units in which they are nearer to 1."
 )
 LONGEST: Final = 90
 """Characters of a value that a message shows."""
@@ -71,7 +73,7 @@ def finite_number(
 def model_number(name: str, value: object, **limits: Any) -> float:
     """Return a number of a model, as `finite_number`, of a size that leaves room to compute."""
     number = finite_number(name, value, **limits)
-    if abs(number) > LARGEST:
+    if abs(number) > LARGEST or (number < SMALLEST and limits.get("above") == 0.0):
         raise ValueError(f"{name} = {number!r} is not allowed: {TOO_LARGE}")
     return number
 

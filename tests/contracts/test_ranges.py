@@ -86,6 +86,15 @@ def test_a_number_whose_products_are_none_is_refused(model, name, value):
     assert "at most 1e+100 in size" in message or "must be" in message
 
 
+def test_a_mass_whose_inverse_has_no_square_is_refused():
+    """NumPy warned of an overflow, and the block rested at a rate of 0."""
+    contacts = [ss.Contact(at=0, friction=ss.Coulomb(0.5), V=0.5)]
+    for mass, name in (([1e-160], "mass[0]"), ([[1e-160]], "diagonal of mass[0]")):
+        message = told(lambda mass: ss.Structure(mass, [1.0], contacts=contacts), mass)
+        assert message.startswith(f"{name} = 1e-160 is not allowed")
+        assert "positive ones at least 1e-100" in message
+
+
 @pytest.mark.parametrize("stiff", [1e16, 1e100])
 def test_a_stiff_spring_is_as_good_as_a_soft_one(stiff):
     blocks = MODELS[6]

@@ -96,11 +96,12 @@ class Structure(BeltModel):
     ) -> None:
         n = len(np.atleast_1d(real_numbers("mass", mass)))
         whole_number("len(mass)", n, at_most=MOST_BLOCKS)
+        why = "A mass is positive."
         if dimensions(mass) == 2:
+            one_per_block("diagonal of mass", np.diag(matrix_of("mass", mass, (n, n))), n, why)
             self.mass = symmetric("mass", mass, n, "kinetic energy knows no other")
             check_definite("mass", self.mass, "Each motion has kinetic energy.")
         else:
-            why = "A mass is positive."
             self.mass = frozen(one_per_block("mass", mass, n, why))
         self.stiffness = _square("stiffness", stiffness, n)
         self.damping = _square("damping", np.zeros(n) if damping is None else damping, n)
