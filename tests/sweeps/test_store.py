@@ -18,6 +18,7 @@ from stickslip.errors import StoreBusy, StoreFull, StoreRefused, TilesFailed
 from stickslip.sweeps import store as stores
 from stickslip.sweeps import sweep as sweeping
 from stickslip.sweeps.identity import target
+from stickslip.sweeps.place import Place
 
 zarr = pytest.importorskip("zarr")
 
@@ -319,6 +320,20 @@ def test_a_tile_that_fails_keeps_no_other_from_being_stored(tmp_path):
     found = ss.open_sweep(tmp_path / "x")
     assert found.attrs["done"] == 8
     assert np.isfinite(found.fails_somewhere[:8]).all()
+
+
+def test_a_store_is_listed_as_often_whatever_tiles_it_has(copy, monkeypatch):
+    """Each listing is a request to a bucket, and there was one for each tile."""
+    listed, names = [], Place.names
+
+    def counted(place, folder):
+        listed.append(folder)
+        return names(place, folder)
+
+    monkeypatch.setattr(Place, "names", counted)
+    small.run(copy)
+    outputs = len(VALUES) - 1
+    assert len(listed) <= 2 * outputs + 2
 
 
 @pytest.mark.parametrize("name", ["x", "x.zip"])

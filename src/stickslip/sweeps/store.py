@@ -64,7 +64,7 @@ class Store:
             raise
         except Exception:
             # A chunk at the end of an axis is read first: what lies there may be damaged.
-            self._forget(tile)
+            self._forget(tile, self.place.names(_notes_of(tile)))
             self._write(tile, computed)
 
     def _write(self, tile: Tile, computed: Computed) -> None:
@@ -84,21 +84,28 @@ class Store:
         marks = read_marks(self.arrays[MARKS])
         done = finished(self.place, marks, [output.name for output in self.outputs])
         marked = (tile for tile in tiles if marks[tile.index])
+        notes: dict[str, list[str]] = {}
+        for name in sorted(self.place.names(NOTES)):  # all at once: each time is a request
+            key = "/".join(name.split("/")[: NOTES.count("/") + 1 + marks.ndim])
+            notes.setdefault(key, []).append(name)
+
+        def found(tile: Tile) -> np.uint64:
+            return self._found(tile, notes.get(_notes_of(tile), []))
+
         with ThreadPoolExecutor(READERS) as pool:
             # Some at a time: there may be millions.
             while some := list(itertools.islice(marked, READ_AHEAD)):
-                for tile, found in zip(some, pool.map(self._found, some), strict=True):
-                    done[tile.index] &= found == marks[tile.index]
+                for tile, mark in zip(some, pool.map(found, some), strict=True):
+                    done[tile.index] &= mark == marks[tile.index]
                     if not done[tile.index]:
-                        self._forget(tile)
+                        self._forget(tile, notes.get(_notes_of(tile), []))
         return done
 
-    def _found(self, tile: Tile) -> np.uint64:
+    def _found(self, tile: Tile, names: Iterable[str]) -> np.uint64:
         try:
             arrays = {each.name: self.arrays[each.name][tile.region] for each in self.outputs}
         except Exception:  # a codec's complaint of whatever kind: torn
             return np.uint64(0)
-        names = sorted(self.place.names(_notes_of(tile)))
         return self._mark(tile, arrays, {name: self.place.read(name) or b"" for name in names})
 
     def _mark(self, tile: Tile, arrays: Mapping[str, Any], notes: Mapping[str, bytes]) -> np.uint64:
@@ -112,10 +119,10 @@ class Store:
             content.update(name.encode() + note)
         return np.uint64(int.from_bytes(content.digest(), "little") | 1)
 
-    def _forget(self, tile: Tile) -> None:
+    def _forget(self, tile: Tile, notes: Iterable[str]) -> None:
         for path in (self._file(tile), *(self._file(tile, output) for output in self.outputs)):
             self.place.remove(path)
-        for name in self.place.names(_notes_of(tile)):
+        for name in notes:
             self.place.remove(self.place.of(name))
 
     def _file(self, tile: Tile, output: Output | None = None) -> str:
