@@ -125,7 +125,17 @@ def test_a_sweep_tells_points_their_rate_and_the_time_left(caplog):
         end = time.monotonic() + AT_MOST
         while "grid" not in caplog.text and time.monotonic() < end:
             time.sleep(0.01)
-    assert "s, 30 of 40 grid points, 2/s, 0:00:05 left" in caplog.text
+    assert re.search(r"s, 30 of 40 grid points, \S+/s, 0:00:0[5-9] left", caplog.text)
+
+
+def test_a_tile_in_work_counts_by_its_time():
+    """It said that 1 s is left for as long as the last tile took."""
+    told = Progress(done=63, total=64, resumed=0, seconds=63.0)
+    assert str(told) == "63 of 64 grid points, 1/s, 0:00:01 left"
+    later = told.after(600.0)
+    assert str(later) == "63 of 64 grid points, 0.095/s, 0:10:00 left"
+    assert later.after(60.0).remaining == told.after(660.0).remaining == 660.0
+    assert Progress(done=64, total=64, resumed=0, seconds=63.0).after(5.0).remaining == 0.0
 
 
 def test_a_notebook_shows_one_line_and_takes_it_away(monkeypatch):

@@ -112,7 +112,7 @@ class _Wait:
 
     def tell(self, share: SupportsFloat) -> None:
         """Take the share that is done: a number, or what says more in words."""
-        self._share = share
+        self._share, self._told = share, time.monotonic()
 
     def start(self) -> None:
         """Let the call be looked at."""
@@ -148,6 +148,8 @@ class _Wait:
             hours = seconds / HOUR * (1.0 - share) / share if share else 0.0
             left = f", some {hours:.3g} hours left" if hours > 1.0 else ""
             share = f"{share:.0%} done{left}" if share else ""
+        else:
+            share = share.after(time.monotonic() - self._told)
         compiled = WATCH.compiled - self._compiled
         kernels = f"kernels compiled: {compiled}" if compiled else ""
         told = (f"{seconds:.0f} s", str(share), self.doing, kernels)

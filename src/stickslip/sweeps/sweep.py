@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -63,15 +63,22 @@ class Progress:
         Grid points that earlier runs had computed.
     seconds : float
         Since this run began.
+    waited : float
+        Seconds since a chunk was finished.
     """
 
     done: int
     total: int
     resumed: int
     seconds: float
+    waited: float = 0.0
 
     def __float__(self) -> float:
         return self.done / self.total
+
+    def after(self, seconds: float) -> Progress:
+        """Return how far the sweep is when no other chunk is finished for so long."""
+        return replace(self, seconds=self.seconds + seconds, waited=self.waited + seconds)
 
     def __str__(self) -> str:
         """Points done, their rate and the time left."""
@@ -87,8 +94,9 @@ class Progress:
 
     @property
     def remaining(self) -> float:
-        """Seconds until the end at the rate so far."""
-        return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
+        """Seconds until the end at the rate so far; a chunk in work may take as long again."""
+        left = self.total - self.done
+        return max(left / self.rate, self.waited if left else 0.0) if self.rate > 0 else math.inf
 
 
 @waits
