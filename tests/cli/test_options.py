@@ -106,6 +106,14 @@ def test_numbers_by_name(command, capsys, file):
     assert {name: document["parameters"][name] for name in model.parameters} == model.parameters
 
 
+def test_a_model_of_a_file_may_have_no_number_of_that_option(file, capsys):
+    contacts = [ss.Contact(at=0, friction=ss.Coulomb(mu=0.3), V=0.5)]
+    file(ss.Structure([1.0], [1.0], contacts=contacts))
+    assert main(["cycles", "--model", "mine.toml", "--V", "0.1"]) == 2
+    told = "--V: Structure has no parameter 'V'. Known: mass_1, stiffness_1_1, damping_1_1, "
+    assert f"{told}static_1, V_1, mu_1, " in capsys.readouterr().err
+
+
 def test_laws_of_each_block_take_their_numbers():
     laws, numbers = (TEXT, "-0.1*s+mu"), ("a=3", "mu=0.5", "V=0.1", "mu_2=0.4")
     model = ModelOptions(preset="coulomb", friction=laws, numbers=numbers).model()
@@ -122,6 +130,8 @@ def test_laws_of_each_block_take_their_numbers():
             "--preset coulomb -p friction=3",
             "'friction'. Known: alpha, beta, V, mu, viscous, dam",
         ),
+        ("--preset coulomb --mu 0.3", "Unknown option: --mu. Did you mean --out? A number of the"),
+        ("--preset coulomb --mu=0.3", "A number of the model is given as -p mu=VALUE."),
         ("--preset coulomb -p units=3", "-p: TwoBlock has no parameter 'units'. Known: alpha"),
         (f"{NUMBERS} --friction {TEXT} -p a", "-p a: NAME=VALUE is needed"),
         (f"{NUMBERS} --friction {TEXT} -p a=x", "-p a=x: NAME=VALUE is needed"),

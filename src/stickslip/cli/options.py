@@ -136,7 +136,8 @@ class ModelOptions:
             given["friction"], used = _friction(self.friction, numbers)
             numbers = {name: value for name, value in numbers.items() if name not in used}
         if (model := self._base()) is not None:
-            model = model.replace(**given) if given else model
+            model = model.replace(friction=given.pop("friction")) if "friction" in given else model
+            numbers = given | numbers
         else:
             needed = ("alpha", "beta", "V")
             given |= {name: numbers.pop(name) for name in needed if name in numbers}
@@ -150,7 +151,8 @@ class ModelOptions:
             from stickslip.checks import shown
             from stickslip.vocabulary import did_you_mean
 
-            told = f"-p: {type(model).__name__} has no parameter {shown(unknown[0])}"
+            option = f"--{unknown[0]}" if unknown[0] in given else "-p"
+            told = f"{option}: {type(model).__name__} has no parameter {shown(unknown[0])}"
             raise UsageError(f"{told}. {did_you_mean(unknown[0], model.replaceable)}")
         return model.replace(**numbers) if numbers else model
 

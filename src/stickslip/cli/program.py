@@ -12,7 +12,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, Final
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, UnknownOptionError
 
 from stickslip import __version__
 from stickslip.cli import claims, installation, measurements, models, parameters, sweeps
@@ -159,6 +159,11 @@ def _message(error: BaseException) -> str:
     if isinstance(error, OSError) and _is_lost(error):
         return f"cannot write to the standard output: {error.strerror}"
     text = told_as(error) or type(error).__name__
+    if isinstance(error, UnknownOptionError) and any(
+        "-p" in x.names for x in error.argument_collection
+    ):
+        name = str(error.token.keyword or error.token.value).lstrip("-")
+        text += f" A number of the model is given as -p {name}=VALUE."
     return text if expected else f"{type(error).__name__}: {text} (-v shows where)"
 
 

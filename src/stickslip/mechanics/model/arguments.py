@@ -52,7 +52,7 @@ def checked_state(model: Model, x: object, v: object) -> tuple[Floats, Floats]:
 
 
 def state_vector(name: str, values: object, n: int) -> Floats:
-    """Return a finite number for each of n blocks; else ValueError."""
+    """Return n finite numbers; else ValueError."""
     array = real_numbers(name, values)
     if not n and array.size:
         raise ValueError(
@@ -61,7 +61,7 @@ def state_vector(name: str, values: object, n: int) -> Floats:
         )
     if array.shape != (n,) or not np.isfinite(array).all():
         raise ValueError(
-            f"{name} = {shown(values)} is not allowed: {name} must be {n} finite numbers, one per "
-            "block."
+            f"{name} = {shown(values)} is not allowed: {name} must be {n} finite numbers, one for "
+            "each mass or state."
         )
     return array
