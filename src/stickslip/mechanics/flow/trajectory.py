@@ -500,7 +500,7 @@ def start(
         if model.plant.n_waves or not model.plant.rubs_as_one:
             raise ValueError(
                 "a model that is forced, or has more than blocks on one belt, starts from a state: "
-                "give x and v instead of d"
+                "give x= and v= instead of d="
             )
         if model.n_blocks == 2:
             d = finite_number("d", d, why="d is X_2 - X_1 of a global stick phase.")
