@@ -107,6 +107,10 @@ def test_where_a_motion_starts_is_an_option(capsys: pytest.CaptureFixture[str], 
     assert main(given) == BAD_USAGE
     advice = "give --x0 and --v0, with --free-start if they are guesses"
     assert advice in capsys.readouterr().err
+    assert main([*given, "--x0", "1", "--v0", "0"]) == BAD_USAGE
+    assert "--x0 array([1.]) is not allowed: x0 must be 2 finite" in capsys.readouterr().err
+    assert main([*given, "--x0", "1", "2"]) == BAD_USAGE
+    assert "give both --x0 and --v0, or --d alone" in capsys.readouterr().err
     assert main([*given, "-d", "0.1", "--json"]) == DONE
     result = json.loads(capsys.readouterr().out)["result"]
     np.testing.assert_allclose(result["value"], [0.0366], rtol=1e-9)

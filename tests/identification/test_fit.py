@@ -657,7 +657,7 @@ MISSES = np.column_stack([GOOD, np.where(GOOD < 4, GOOD, np.nan)])
         ("needs x", lambda: ss.Record(GOOD)),
         ("sigma = -1", lambda: ss.Record(GOOD, GOOD, sigma=-1.0)),
         ("blocks", lambda: ss.Record(GOOD, GOOD, blocks=(1, 2))),
-        ("both x0 and v0", lambda: ss.Record(GOOD, GOOD, x0=[0.0])),
+        ("both x0= and v0=", lambda: ss.Record(GOOD, GOOD, x0=[0.0])),
         ("do not tell where", lambda: ss.EventTimes([1.0, 2.0])),
         (r"times\[1\] = 1 does not come after", lambda: ss.EventTimes([2.0, 1.0], d=0.1)),
         (r"times\[0\] = -1: events come after", lambda: ss.EventTimes([-1.0, 1.0], d=0.1)),

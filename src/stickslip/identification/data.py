@@ -547,7 +547,7 @@ def _start(data: Any) -> dict[str, Any]:
     """Check where a motion starts, a state, a global stick phase or nothing, and its belt."""
     x0, v0, d = data.x0, data.v0, data.d
     if (x0 is None) != (v0 is None) or (d is not None and x0 is not None):
-        raise ValueError("give both x0 and v0, or d alone, or none of them")
+        raise ValueError("give both x0= and v0=, or d= alone, or none of them")
     free = flag("free_start", data.free_start) or (x0 is None and d is None)
     one = {"x0": x0, "v0": v0, "d": d}
     checked = {

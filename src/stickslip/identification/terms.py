@@ -141,7 +141,7 @@ class Start:
         else:
             self.names = ("x0", "v0")[: self.n_parts]
             if data.x0 is not None:
-                full = checked_state(model, data.x0, data.v0)
+                full = checked_state(model, data.x0, data.v0, ("x0", "v0"))
                 # Feet may be left out; where a start is unknown theirs is too.
                 self.given = np.concatenate(full if self.free else (data.x0, data.v0))
 

@@ -113,7 +113,7 @@ def test_start_on_the_belt() -> None:
     np.testing.assert_allclose(motion.d[-1], ss.event_map(model)(d), rtol=0, atol=1e-15)
     with pytest.raises(ValueError, match="3 finite numbers"):
         ss.simulate(model, [0.0], [0.0], t_end=1)
-    with pytest.raises(ValueError, match="give x and v"):
+    with pytest.raises(ValueError, match="give x= and v="):
         ss.simulate(MODELS["forced"], d=[], t_end=1)
 
 

@@ -39,16 +39,17 @@ def checked_parameter(role: str, model: Model, name: object) -> str:
     return parameter_name(role, name, model.parameters, of="this model")
 
 
-def checked_state(model: Model, x: object, v: object) -> tuple[Floats, Floats]:
+def checked_state(
+    model: Model, x: object, v: object, names: tuple[str, str] = ("x", "v")
+) -> tuple[Floats, Floats]:
     """Return a state of a model, displacements and velocities; else ValueError."""
     plant = model.plant
-    n, n_positions = len(plant.mass), plant.n_positions
-    if not n_positions and v is None:
+    if not plant.n_positions and v is None:
         v = ()
-    if plant.elastic and real_numbers("x", x).shape == (plant.n_bodies,):
-        n = plant.n_bodies
-        return plant.with_relaxed_feet(state_vector("x", x, n), state_vector("v", v, n))
-    return state_vector("x", x, n), state_vector("v", v, n_positions)
+    feet = plant.elastic and real_numbers(names[0], x).shape == (plant.n_bodies,)
+    sizes = (plant.n_bodies,) * 2 if feet else (len(plant.mass), plant.n_positions)
+    position, velocity = map(state_vector, names, (x, v), sizes)
+    return plant.with_relaxed_feet(position, velocity) if feet else (position, velocity)
 
 
 def state_vector(name: str, values: object, n: int) -> Floats:
