@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, SupportsFloat, TypeVar, cast
 
 from stickslip.numerics.threads import threads_start
@@ -111,7 +112,7 @@ class _Wait:
         self._over, self._gone = threading.Event(), threading.Event()
 
     def tell(self, share: SupportsFloat) -> None:
-        """Take the share that is done: a number, or what says more in words."""
+        """Take the share that is done: a number, or what says more by the time it has `waited`."""
         self._share, self._told = share, time.monotonic()
 
     def start(self) -> None:
@@ -149,7 +150,7 @@ class _Wait:
             left = f", some {hours:.3g} hours left" if hours > 1.0 else ""
             share = f"{share:.0%} done{left}" if share else ""
         else:
-            share = share.after(time.monotonic() - self._told)
+            share = replace(share, waited=time.monotonic() - self._told)
         compiled = WATCH.compiled - self._compiled
         kernels = f"kernels compiled: {compiled}" if compiled else ""
         told = (f"{seconds:.0f} s", str(share), self.doing, kernels)

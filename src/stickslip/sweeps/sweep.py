@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import timedelta
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -62,9 +62,9 @@ class Progress:
     resumed : int
         Grid points that earlier runs had computed.
     seconds : float
-        Since this run began.
+        From the beginning of this run until a chunk was finished.
     waited : float
-        Seconds since a chunk was finished.
+        Seconds since then.
     """
 
     done: int
@@ -76,10 +76,6 @@ class Progress:
     def __float__(self) -> float:
         return self.done / self.total
 
-    def after(self, seconds: float) -> Progress:
-        """Return how far the sweep is when no other chunk is finished for so long."""
-        return replace(self, seconds=self.seconds + seconds, waited=self.waited + seconds)
-
     def __str__(self) -> str:
         """Points done, their rate and the time left."""
         told = f"{self.done} of {self.total} grid points"
@@ -90,7 +86,8 @@ class Progress:
     @property
     def rate(self) -> float:
         """Grid points per second of this run."""
-        return (self.done - self.resumed) / self.seconds if self.seconds > 0 else 0.0
+        seconds = self.seconds + self.waited
+        return (self.done - self.resumed) / seconds if seconds > 0 else 0.0
 
     @property
     def remaining(self) -> float:
