@@ -10,6 +10,7 @@ from tests.sizes import slow
 
 import stickslip as ss
 from stickslip import status
+from stickslip.mechanics.flow.blocks.system import GROUP
 
 K = [[2.5, -1.0, -0.3], [-1.0, 3.0, -1.2], [-0.3, -1.2, 2.8]]
 C = [[0.25, -0.1, 0.0], [-0.1, 0.3, -0.1], [0.0, -0.1, 0.28]]
@@ -102,6 +103,19 @@ def test_derivatives_agree_with_differences(name: str) -> None:
         np.testing.assert_allclose(
             f.parameter_derivative(d, parameter), quotient, rtol=1e-8, atol=1e-9
         )
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_tangents_that_fill_more_than_one_group_agree_with_differences(name: str) -> None:
+    law, _, V = LAWS[name]
+    static = [1, 1.3, 1.1, 0.9, 1.2, 1.05, 0.95]
+    f = ss.event_map(ss.Chain(static=static, alpha=1.2, V=V, friction=law))
+    assert f.dimension % GROUP and f.dimension > GROUP
+    (d,) = short_motions(f.model, 1)
+    steps = 1e-5 * np.eye(f.dimension)
+    wide = (f(d + 2 * steps) - f(d - 2 * steps)) / 4e-5
+    quotient = (4 * (f(d + steps) - f(d - steps)) / 2e-5 - wide) / 3
+    np.testing.assert_allclose(f.derivative(d), quotient.T, rtol=1e-8, atol=1e-9)
 
 
 def test_shapes_labels_and_itineraries() -> None:
