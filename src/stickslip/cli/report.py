@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorND
-from stickslip.analysis.bifurcations.bifurcation import place
+from stickslip.analysis.bifurcations.bifurcation import OUTSIDE, place
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, multipliers_text
 from stickslip.files import plain
 from stickslip.results.table import aligned, listed
@@ -197,6 +197,9 @@ def _searched(found: BifurcationList, *, complete: bool) -> Iterator[str]:
     if found.n_lists:
         kind = "complete lists" if complete else "lists, which may lack some,"
         yield f"{kind} of orbits at {found.n_lists} values of {found.parameter}"
+    if (seen := found.coverage) is not None and seen.n_lists > 1:
+        told = f"{seen.again} of {seen.known} known orbits again, and {seen.new} new"
+        yield f"the last half of these lists found {told}"
     if found.looks:
         yield f"attractors at {len(found.looks)} values of {found.parameter}"
 
@@ -324,10 +327,13 @@ def _remainder(found: BifurcationList) -> Iterator[tuple[str, list[str]]]:
         yield "Cascades", [_cascade(cascade) for cascade in found.cascades]
     if found.unresolved:
         yield "Unresolved", [str(item) for item in found.unresolved]
-    else:
+    elif found.coverage is None:
         yield "Unresolved", ["nothing: every change between the lists is explained"]
+    else:
+        yield "Unresolved", ["nothing of what lists show; they may lack orbits, and what these do"]
     if found.outside:
-        yield "Outside the question", [str(item) for item in found.outside]
+        reasons = (replace(c, reason=c.reason.removeprefix(f"{OUTSIDE}: ")) for c in found.outside)
+        yield "Outside the question", [str(item) for item in reasons]
 
 
 def _cascade(cascade: Cascade) -> str:
