@@ -312,7 +312,7 @@ def test_maps_of_the_plane_are_reported():
         domain=[(-2, 2), (-2, 2)],
     )
     found = bifurcations(plane, "a", (0.5, 0.7), max_period=1, n_lists=2)
-    report = Report(found, complete=False)
+    report = Report(found)
     (row,) = json.loads(report.as_json())["bifurcations"]
     assert row["kind"] == "flip"
     assert row["value"] == pytest.approx(0.6075, rel=1e-12)

@@ -124,7 +124,7 @@ def _report(f: Any, found: BifurcationList) -> Report:
     blocks = "two blocks" if f.dimension == 1 else f.model.size
     what = f"a map from {event} to {event}" if event else blocks
     title = f"Bifurcations of {what} with friction {' and '.join(laws)}"
-    return Report(found, picture=PICTURES[0], title=title, complete=f.dimension == 1)
+    return Report(found, picture=PICTURES[0], title=title)
 
 
 def _result(report: Report) -> dict[str, Any]:

@@ -129,13 +129,12 @@ class Report:
     found: BifurcationList
     picture: str = ""  # path of a diagram, relative to the page of `as_markdown`
     title: str = ""
-    complete: bool = True  # lists of orbits, as on a line; else they may lack some
 
     def text(self) -> str:
         """Lines for a terminal."""
         found = self.found
         lines = [*([self.title] if self.title else []), _headline(found)]
-        lines += [f"  {line}" for line in _searched(found, complete=self.complete)]
+        lines += [f"  {line}" for line in _searched(found)]
         if len(found):
             lines += ["", *aligned([_HEAD, *map(_row, found)], "<" * len(_HEAD))]
         for number, item in enumerate(found, start=1):
@@ -150,7 +149,7 @@ class Report:
         """Page for readers, with the diagram if there is a picture of one."""
         found = self.found
         lines = [f"# {self.title or 'Bifurcations'}", "", f"{_headline(found)}.", ""]
-        lines += [f"- {line}" for line in _searched(found, complete=self.complete)]
+        lines += [f"- {line}" for line in _searched(found)]
         if self.picture:
             embed = "" if self.picture.endswith(".pdf") else "!"
             lines += ["", f"{embed}[Bifurcation diagram]({self.picture})"]
@@ -181,7 +180,7 @@ def _headline(found: BifurcationList) -> str:
     return f"{count} over {found.parameter} in ({lo:.10g}, {hi:.10g})"
 
 
-def _searched(found: BifurcationList, *, complete: bool) -> Iterator[str]:
+def _searched(found: BifurcationList) -> Iterator[str]:
     """Say what was searched, and for which system."""
     rest = ", ".join(
         f"{name} = {value:.10g}"
@@ -195,7 +194,7 @@ def _searched(found: BifurcationList, *, complete: bool) -> Iterator[str]:
         window = "the window ({:.10g}, {:.10g})".format(*found.window)
     yield f"searched: orbits to period {found.max_period} in {window}"
     if found.n_lists:
-        kind = "complete lists" if complete else "lists, which may lack some,"
+        kind = "complete lists" if found.coverage is None else "lists, which may lack some,"
         yield f"{kind} of orbits at {found.n_lists} values of {found.parameter}"
     if (seen := found.coverage) is not None and seen.n_lists > 1:
         told = f"{seen.again} of {seen.known} known orbits again, and {seen.new} new"

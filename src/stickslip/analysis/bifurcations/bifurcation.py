@@ -524,3 +524,12 @@ def attempted(
         reason = f"a fault of the program left out {what} ({type(error).__name__}, logged)"
     unresolved.append(UnresolvedChange(reason, lo, hi))
     return None
+
+
+def found_or_left_out(
+    part: Callable[[], T], what: str, lo: float, hi: float
+) -> T | UnresolvedChange:
+    """Return what a part of a search finds; what is left open if the program fails there."""
+    noted: list[UnresolvedChange] = []
+    found = attempted(part, what, lo, hi, noted)
+    return noted[0] if found is None else found

@@ -24,6 +24,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     UnresolvedChange,
     attempted,
     bifurcation_of,
+    found_or_left_out,
     joined_where_they_touch,
 )
 from stickslip.analysis.bifurcations.cascades import cascades, with_double
@@ -198,7 +199,6 @@ def _look(at: MapAt, q: float, guesses: list[Floats]) -> Looked:
 
     None where the family ends before that value, which may lie a little beyond the range.
     """
-    noted: list[UnresolvedChange] = []
     try:
         f = at(q)
     except ValueError:
@@ -207,8 +207,7 @@ def _look(at: MapAt, q: float, guesses: list[Floats]) -> Looked:
     def found() -> ParameterPoint:
         return parameter_point(at, q, [solve_orbit(f, guess) for guess in guesses])
 
-    point = attempted(found, "attractors", q, q, noted)
-    return noted[0] if point is None else point
+    return found_or_left_out(found, "attractors", q, q)
 
 
 def _stable_near(curves: Iterable[Curve], q: float) -> list[Floats]:

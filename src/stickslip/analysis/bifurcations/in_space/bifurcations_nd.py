@@ -17,6 +17,7 @@ from stickslip.analysis.bifurcations.bifurcation import (
     Coverage,
     UnresolvedChange,
     attempted,
+    found_or_left_out,
 )
 from stickslip.analysis.bifurcations.normal_forms import coefficient
 from stickslip.analysis.bifurcations.outcome import AttractorOutcome, OrbitOutcome, Outcome
@@ -59,24 +60,21 @@ def _listed(
     f: FamilyND, name: str, max_period: int, n_starts: int, q: float
 ) -> OrbitListND | UnresolvedChange:
     """List orbits at a value of the parameter, or tell that this failed."""
-    noted: list[UnresolvedChange] = []
 
     def found() -> OrbitListND:
         return search_orbits(f.replace(**{name: q}), max_period, None, n_starts)
 
-    orbits_there = attempted(found, "a list of orbits", q, q, noted)
-    return noted[0] if orbits_there is None else orbits_there
+    return found_or_left_out(found, "a list of orbits", q, q)
 
 
 def _look(f: FamilyND, name: str, at: tuple[float, Floats]) -> Look | UnresolvedChange:
     """Find what starts lead to at a value of the parameter, or tell that this failed."""
-    noted: list[UnresolvedChange] = []
     q, starts = at
 
     def found() -> Look:
         return Look(q, tuple(attractors(f.replace(**{name: q}), starts=starts)))
 
-    return attempted(found, "attractors", q, q, noted) or noted[0]
+    return found_or_left_out(found, "attractors", q, q)
 
 
 class OrbitSurvey:

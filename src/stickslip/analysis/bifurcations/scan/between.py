@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, attempted
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange, found_or_left_out
 from stickslip.analysis.bifurcations.conditions.conditions import Collision
 from stickslip.analysis.bifurcations.scan.adding_up import adds_up, flips_at_folds
 from stickslip.analysis.bifurcations.scan.break_images import hidden_collisions, same_places
@@ -102,14 +102,13 @@ def between(
     known: Iterable[Event] = (),
 ) -> Found:
     """Explain what happens between two lists; if that fails, leave them unconnected."""
-    noted: list[UnresolvedChange] = []
     left, right = ends
     search = _Between(whole, deepcopy(classes), at_ends, n_nodes, known)
     what = "the changes of orbits"
-    found = attempted(lambda: search.explained(left, right), what, left.q, right.q, noted)
-    if found is None:
+    found = found_or_left_out(lambda: search.explained(left, right), what, left.q, right.q)
+    if isinstance(found, UnresolvedChange):
         all_left, all_right = (list(range(len(node.orbits))) for node in ends)
-        found = Found([Span(left, right, [], all_left, all_right)], unresolved=noted)
+        return Found([Span(left, right, [], all_left, all_right)], unresolved=[found])
     return found
 
 
