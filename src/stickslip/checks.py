@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from math import inf, isfinite, log10
+from math import inf, isfinite, log10, nan
 from numbers import Real
 from reprlib import Repr
 from typing import Any, Final, TypeAlias, TypeVar
@@ -53,17 +53,20 @@ def finite_number(
     # `of` says whose parameter it is: "the friction law coulomb". `why` is the reason for the
     # range, a sentence; `remedy` what to do instead of giving a number in the range. Bools are no
     # numbers.
+    is_real = type(value) is float or (
+        isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+    )
+    number = _float(value) if is_real else nan
+    if isfinite(number) and number > above and at_least <= number <= at_most:
+        return number + 0.0  # no negative zero
     allowed = f"a finite number{_range(name, above, at_least, at_most)}"
     whose = f" of {of}" if of else ""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
+    if not is_real:
         kind = f" ({type(value).__name__})"
         raise ValueError(
             f"{name} = {shown(value).removesuffix(kind)}{kind}{whose} is not a real number: "
             f"{name} must be {allowed}. Give one number, not an array or text."
         )
-    number = _float(value)
-    if isfinite(number) and number > above and at_least <= number <= at_most:
-        return number + 0.0  # no negative zero
     given = str(value) if hasattr(value, "dtype") else shown(value)
     sentences = [why, remedy or f"Give {name} a value in that range."]
     told = " ".join(filter(None, sentences))

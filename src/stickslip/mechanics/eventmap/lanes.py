@@ -338,9 +338,8 @@ class PoolBackend(BatchBackend):
 
     def parameter_slope(self, d: Floats, name: str) -> Floats:
         """df/d(name) at each d."""
-        model = self.scalar.model
-        owners = () if name in model.numbers else model.law_parameters.get(name, ())
-        served = self._whole if any(own in self.series.absent for _, own in owners) else self
+        absent = any(own in self.series.absent for _, own in self._owners(name))
+        served = self._whole if absent else self
         return served._carried(d, name).derivative[:, 0]
 
     def iterate(self, orbits: Floats) -> None:
@@ -374,7 +373,8 @@ class PoolBackend(BatchBackend):
         """Fill the rows of `orbits`; return what is known of their last motions."""
         scalar, outputs = self.scalar, new_outputs((len(orbits),), int(along is not None))
         filled = np.zeros(len(orbits), dtype=np.int64)
-        asked = Asked(np.full(len(orbits), -1), np.empty((len(orbits), STATE)))
+        asked = Asked(np.empty(len(orbits), dtype=np.int64), np.empty((len(orbits), STATE)))
+        asked.step.fill(-1)
         driver = self._changing_driver if along else self._driver
         owners = others or (self,)
         if of is None:
@@ -402,6 +402,8 @@ class PoolBackend(BatchBackend):
         steps = max(1, orbits.shape[1] - 1)
         while True:
             launch(task, len(orbits), self.threads, max(LANES, POOL_TILE // steps))
+            if not np.count_nonzero(outputs.status):  # nearly always
+                return outputs
             lasting, handed = ((outputs.status == s).nonzero()[0] for s in (LASTING, HANDED_OVER))
             if lasting.size == handed.size == 0:
                 return outputs
@@ -480,15 +482,22 @@ class PoolBackend(BatchBackend):
         known = self._models
         if along not in known:
             model = self.scalar.model
-            changes: list[dict[str, float]] = [{}, {}]
-            for block, own_name in model.law_parameters.get(along or START, ()):
-                changes[block][own_name] = 1.0
+            changing: list[str | None] = [None, None]
+            for block, own_name in self._owners(along):
+                changing[block] = own_name
             numbers = self.numbers
             if along in model.numbers:
                 numbers = numbers + pair_changes(model.moved_plant(along))
-            rows = self.series.rows(model.laws, changes)
+            rows = self.series.rows(model.laws, changing)
             known[along] = self.scalar.engine.laws[None], rows[None], numbers[None]
         return known[along]
+
+    def _owners(self, along: str | None) -> tuple[tuple[int, str], ...]:
+        """Blocks, and names in their laws, that what tangents go with belongs to."""
+        model = self.scalar.model
+        if not along or along in model.numbers:
+            return ()
+        return model.law_parameters[along]
 
     def pools(self, along: str | None) -> Pools:
         """Pools for this thread."""

@@ -44,6 +44,7 @@ AT_LIMIT = 4 * np.finfo(float).eps
 
 # Annotated fields of each law class; not functools.cache, which asks types for their hash.
 _fields: dict[type[Any], dict[str, Range | Choice]] = {}
+_parameter_names: dict[type[Any], tuple[str, ...]] = {}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -127,7 +128,10 @@ class FrictionLaw:
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
         """Names of all real parameters of the formula."""
-        return tuple(name for name, kind in cls.fields().items() if isinstance(kind, Range))
+        if cls not in _parameter_names:
+            kinds = cls.fields().items()
+            _parameter_names[cls] = tuple(n for n, kind in kinds if isinstance(kind, Range))
+        return _parameter_names[cls]
 
     @classmethod
     def from_values(cls, values: Mapping[str, float]) -> Self:

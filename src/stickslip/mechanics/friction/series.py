@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 
@@ -35,17 +35,19 @@ class LawSeries:
     absent: tuple[str, ...] = ()  # parameters that are zero, and left out
 
     def rows(
-        self, laws: Sequence[FrictionLaw], changes: Sequence[Mapping[str, float]] = ()
+        self, laws: Sequence[FrictionLaw], changing: Sequence[str | None] = ()
     ) -> NDArray[np.float64]:
-        """Return the parameter rows ``p`` of laws with this formula, one for each block."""
-        graph, constants = self.scalars.graph, self.scalars.constants
-        table = []
-        for law, change in zip(laws, changes or [{}] * len(laws), strict=True):
-            values = {name: np.float64(value) for name, value in law.arguments.items()}
-            values |= {_changed(name): np.float64(change.get(name, 0.0)) for name in law.arguments}
-            more = quietly(evaluate, graph, constants, values)
-            table.append([law.static_value(), *values.values(), *more])
-        return np.array(table, dtype=np.float64)
+        """Return the parameter rows ``p`` of laws, one for each block, some parameters changing."""
+        changing = changing or [None] * len(laws)
+        return np.array([_row(self, *each) for each in zip(laws, changing, strict=True)])
+
+
+@lru_cache(maxsize=64)  # models beside each other have the same laws
+def _row(series: LawSeries, law: FrictionLaw, changing: str | None) -> tuple[float, ...]:
+    values = {name: np.float64(value) for name, value in law.arguments.items()}
+    values |= {_changed(name): np.float64(name == changing) for name in law.arguments}
+    more = quietly(evaluate, series.scalars.graph, series.scalars.constants, values)
+    return law.static_value(), *values.values(), *more
 
 
 @lru_cache(maxsize=16)

@@ -9,7 +9,7 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -82,6 +82,16 @@ class Reduced(NamedTuple):
         return flow
 
 
+@lru_cache(maxsize=16)  # a plant is made at every value of a parameter that is looked at
+def _bare(n: int) -> tuple[Floats, ...]:
+    """Arrays of n masses on one belt that feel nothing else; nobody changes a plant's."""
+    shapes = (n, 2 * n), (n,), (n, 0), (0,)
+    arrays = np.eye(n), *map(np.zeros, shapes)
+    for array in arrays:
+        array.flags.writeable = False
+    return arrays
+
+
 @part
 @dataclass(frozen=True, eq=False)
 class Plant:
@@ -112,10 +122,10 @@ class Plant:
     ) -> Plant:
         """Plant each mass of which rubs on one belt."""
         n = len(mass)
-        none = np.zeros((n, 0))
+        unit, load, force, none, nothing = _bare(n)
         return cls(
-            *(mass, stiffness, damping, np.eye(n), np.eye(n), static, np.zeros((n, 2 * n))),
-            *(np.full(n, V), np.zeros(n), none, none, np.zeros(0), np.zeros(0)),
+            *(mass, stiffness, damping, unit, unit, static, load),
+            *(np.full(n, V), force, none, none, nothing, nothing),
         )
 
     def with_harmonic(self, amplitude: Numbers, belt: Numbers, frequency: Any, phase: Any) -> Plant:
@@ -199,9 +209,11 @@ class Plant:
     def rubs_as_one(self) -> bool:
         """Whether each mass rubs and all are carried alike: global stick phases are a section."""
         n = len(self.mass)
-        unit = np.eye(n)
+        unit, *_ = _bare(n)
         alike = self.into.shape == unit.shape and self.n_positions == n
-        alike = alike and bool((self.into == unit).all() and (self.out == unit).all())
+        alike = alike and all(
+            each is unit or bool((each == unit).all()) for each in (self.into, self.out)
+        )
         alike = alike and not self.load.any() and bool((self.V == self.V[0]).all())
         # Masses on a diagonal share no inertia.
         return alike and (self.mass.ndim == 1 or not self.is_coupled) and not self.elastic

@@ -226,10 +226,11 @@ class TwoBlock(BeltModel):
         return {**numbers, "damping": self.damping} if self.damping > 0.0 else numbers
 
     def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
+        alpha, damping = numbers["alpha"], numbers.get("damping", 0.0)
         return Plant.on_belt(
             mass=np.ones(2),
-            stiffness=np.eye(2) + numbers["alpha"] * np.array([[1.0, -1.0], [-1.0, 1.0]]),
-            damping=numbers.get("damping", 0.0) * np.eye(2),
+            stiffness=np.array([[1.0 + alpha, 0.0 - alpha], [0.0 - alpha, 1.0 + alpha]]),
+            damping=np.array([[damping, 0.0], [0.0, damping]]),
             static=np.array([1.0, numbers["beta"]]),
             V=numbers["V"],
         )
