@@ -140,10 +140,8 @@ def polish(
     periods = np.full(n, width) if periods is None else np.array(periods)
     used = np.arange(width) < periods[:, None]
     # Copies: kernels are compiled for one kind of array.
-    guess, lower, upper = (
-        np.array(np.broadcast_to(each, guess.shape)) for each in (guess, lower, upper)
-    )
-    points = np.clip(guess, lower, upper)
+    guess, lower, upper = (np.full(guess.shape, each) for each in (guess, lower, upper))
+    points = np.minimum(np.maximum(guess, lower), upper)
     slopes, residuals, steps = np.ones_like(guess), new(guess), new(guess)
     labels, last = new(guess, dtype=np.uint64), np.full(n, np.inf)
     moving, given_up = np.ones(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
