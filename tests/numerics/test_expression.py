@@ -16,6 +16,7 @@ from stickslip.numerics.expression import (
     derivative,
     elementary,
     evaluate,
+    gathered,
     is_analytic,
     reachable,
 )
@@ -181,6 +182,17 @@ def test_derivatives_by_all_symbols(s, a):
             )
             found = value(derivative(recorded, graph.symbol(name)), s=s, a=a)
             assert found == pytest.approx(float(exact), rel=1e-12, abs=1e-12)
+
+
+@given(s=SPEEDS, a=st.floats(0.2, 2), b=st.floats(0.2, 2))
+def test_what_does_not_vary_is_gathered_into_one_factor(s, a, b):
+    graph = Graph("s")
+    speed, one, two = (graph.symbol(name) for name in "sab")
+    given_ = -(one * (two * (speed * speed))) - two * -(one * speed) + speed
+    found = gathered(given_)
+    fixed = [n for n in reachable(graph, [found.number]) if graph.nodes[n].op == "multiply"]
+    assert sum(graph.varies[n] for n in fixed) == 3  # the square, and one for each product
+    assert value(found, s=s, a=a, b=b) == pytest.approx(value(given_, s=s, a=a, b=b), rel=1e-14)
 
 
 def test_a_formula_is_evaluated_in_the_arithmetic_of_its_arguments():

@@ -295,6 +295,21 @@ def _integer_power(a: Expression, exponent: int) -> Expression:
     return multiply(square, a) if exponent % 2 else square
 
 
+def gathered(term: Expression) -> Expression:
+    """Return a sum with what does not vary of each product multiplied out: one factor is left."""
+    if term.varies and term.node.op in ("add", "subtract"):
+        return grow(term.node.op, *(gathered(term.graph[arg]) for arg in term.node.args))
+    factor, rest = term.graph.constant(1.0), term
+    while rest.varies and rest.node.op in ("negative", "multiply"):
+        args = [rest.graph[arg] for arg in rest.node.args]
+        fixed = [arg for arg in args if not arg.varies]
+        if rest.node.op == "multiply" and not fixed:
+            break
+        factor = negative(factor) if rest.node.op == "negative" else multiply(factor, *fixed)
+        (rest,) = (arg for arg in args if arg.varies)
+    return term if rest.number == term.number else grow("multiply", factor, rest)
+
+
 def where(condition: Expression, a: Expression, b: Expression) -> Expression:
     """Return a where the condition is not 0, else b."""
     return a if a.number == b.number else grow("where", condition, a, b)

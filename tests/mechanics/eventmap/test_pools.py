@@ -459,9 +459,10 @@ def test_steps_that_are_written_out_give_the_numbers_of_their_python(law):
             x[sign : sign + LANES] = rng.choice([-1.0, 1.0], LANES)
         x[layout.LAST_TERM : layout.LAST_TERM + LANES] = -50.0
         ours = x.copy(), taken.copy()
-        for kind in ("step", "tangent"):
-            getattr(steps, kind)(n, *ours, p, q, numbers)
-            getattr(compiled, f"{kind}_{name}")(x, taken, p, q, numbers)
+        for kind in ("step", "tangent", "turns"):
+            given = (numbers,) if kind == "turns" else (p, q, numbers)
+            getattr(steps, kind)(n, *ours, *given)
+            getattr(compiled, f"{kind}_{name}")(x, taken, *given)
             for written, plain in zip((x, taken), ours, strict=True):
                 np.testing.assert_allclose(written, plain, rtol=1e-10, atol=1e-13)
         assert np.ptp(taken[layout.LENGTH : layout.LENGTH + LANES]) > 0.0

@@ -56,6 +56,8 @@ if TYPE_CHECKING:
         step_one,
         tangent_both,
         tangent_one,
+        turns_both,
+        turns_one,
     )
     from stickslip.mechanics.friction.interface import force
 
@@ -109,8 +111,8 @@ def advance_orbits(
         pool = fullest(pools)
         if pools.counts[pool] == 0:
             break
-        step(pools, pool)
-        for k in range(find_flagged(pools, pool, watch) - 1, -1, -1):
+        step(pools, pool, watch)
+        for k in range(find_flagged(pools, pool) - 1, -1, -1):
             lane = pools.flagged[k]
             row = meet(models, pools, controls, watch, orbits, filled, outputs, asked, pool, lane)
             if row >= 0:
@@ -129,7 +131,7 @@ def fullest(pools: Pools) -> int:
 
 
 @kernel(inline=True)
-def step(pools: Pools, pool: int) -> None:
+def step(pools: Pools, pool: int, watch: bool) -> None:
     """Take one step in every lane of a pool."""
     x, taken, numbers = pools.x[pool], pools.taken, pools.numbers[pool]
     first, second = pools.laws[pool, 0], pools.laws[pool, 1]
@@ -138,21 +140,23 @@ def step(pools: Pools, pool: int) -> None:
         step_both(x, taken, first, second, numbers)
         if tangents:
             tangent_both(x, taken, first, second, numbers)
+        if watch:
+            turns_both(x, taken, numbers)
         return
     step_one(x, taken, first, second, numbers)
     if tangents:
         tangent_one(x, taken, first, second, numbers)
+    if watch:
+        turns_one(x, taken, numbers)
 
 
 @kernel(inline=True)
-def find_flagged(pools: Pools, pool: int, watch: bool) -> int:
+def find_flagged(pools: Pools, pool: int) -> int:
     """List the lanes whose step has to be looked at; without a branch for each lane."""
-    taken, unwatched = pools.taken, 0.0 if watch else float(at.EXTREME)
-    n = 0
+    taken, n = pools.taken, 0
     for lane in range(min(pools.counts[pool], LANES)):
-        flag = taken[at.FLAG + lane]
         pools.flagged[n] = lane
-        n += int((flag != 0.0) & (flag != unwatched))
+        n += int(taken[at.FLAG + lane] != 0.0)
     return n
 
 

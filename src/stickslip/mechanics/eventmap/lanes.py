@@ -312,6 +312,9 @@ def aligned(size: int) -> Floats:
 
 
 POOL_TILE = 512
+# Kernels of steps: what values and margins take, and what tangents do.
+VALUES = ("step_one", "step_both", "turns_one", "turns_both")
+TANGENTS = ("tangent_one", "tangent_both")
 
 
 class PoolBackend(BatchBackend):
@@ -473,8 +476,8 @@ class PoolBackend(BatchBackend):
             force=code.force,
             CHANGING=changing,
             TELLS=self.series.tells,
-            **{name: getattr(self._steps, name) for name in ("step_one", "step_both")},
-            **{name: getattr(tangents, name) for name in ("tangent_one", "tangent_both")},
+            **{name: getattr(self._steps, name) for name in VALUES},
+            **{name: getattr(tangents, name) for name in TANGENTS},
         )
 
     def _model(self, along: str | None) -> tuple[Floats, Floats, Floats]:

@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from stickslip.mechanics.friction._text import FORCE_ROW, SLOPE_ROW, SPEED_ROW
 from stickslip.mechanics.friction.formula import TracedFormula, quietly
 from stickslip.mechanics.friction.law import FrictionLaw
-from stickslip.numerics.expression import Expression, Graph, derivative, evaluate, reachable
+from stickslip.numerics.expression import (
+    Expression,
+    Graph,
+    derivative,
+    evaluate,
+    gathered,
+    reachable,
+)
 from stickslip.numerics.series import Scalars, SeriesText
 
 # Columns of a parameter row: F(0), the parameters, their changes, constants made of both.
@@ -96,7 +103,7 @@ def _series_of(formula: TracedFormula) -> LawSeries:
     scalars = Scalars(graph, columns, PARAMETER_COLUMN + len(columns))
     s = graph.symbol("s")
     force = graph[formula.backward]
-    slope = derivative(force, s)
+    slope = gathered(derivative(force, s))
     series = SeriesText(scalars, {FORCE_ROW: force.number}, {s.number: SPEED_ROW}, SLOPE_ROW + 1)
     tangent = SeriesText(scalars, {SLOPE_ROW: slope.number}, series.rows, series.next_row)
     change = graph.constant(0.0)

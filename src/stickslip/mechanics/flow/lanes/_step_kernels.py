@@ -1,8 +1,8 @@
 """One step of all lanes, and of its tangents, written from a law's series (`steps`)."""
 
-# Template (`numerics.targets.instantiate`): the code is bound. `step_one` and `tangent_one` move
-# motions of which one block slips and the other rides, `step_both` and `tangent_both` those of
-# which both slip. `p` and `q` are the laws' parameters, `c` the numbers of the contacts.
+# Template (`numerics.targets.instantiate`): the code is bound. `step_one`, `tangent_one` and
+# `turns_one` are for motions of which one block slips and the other rides, `step_both` and so on
+# for those of which both slip. `p` and `q` are the laws' parameters, `c` the contacts' numbers.
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     def write_step_one(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> None: ...
 
     write_step_both = write_tangent_one = write_tangent_both = write_step_one
+
+    def write_turns_one(x: Floats, taken: Floats, c: Floats) -> None: ...
+
+    write_turns_both = write_turns_one
 
 
 @kernel(fused=True)
@@ -45,3 +49,17 @@ def tangent_both(x: Floats, taken: Floats, p: Floats, q: Floats, c: Floats) -> N
     """Carry derivatives through the step that `step_both` has taken."""
     wide_vectors()
     write_tangent_both(x, taken, p, q, c)
+
+
+@kernel(fused=True)
+def turns_one(x: Floats, taken: Floats, c: Floats) -> None:
+    """Flag lanes in which a signal may have turned back on the step that `step_one` has taken."""
+    wide_vectors()
+    write_turns_one(x, taken, c)
+
+
+@kernel(fused=True)
+def turns_both(x: Floats, taken: Floats, c: Floats) -> None:
+    """Flag lanes in which a signal may have turned back on the step that `step_both` has taken."""
+    wide_vectors()
+    write_turns_both(x, taken, c)

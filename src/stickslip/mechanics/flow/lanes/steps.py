@@ -60,7 +60,7 @@ Terms = dict[int, Lanes]  # coefficients of one series, by order
 
 @lru_cache(maxsize=64)  # numba keeps all that is ever made for code
 def lane_kernels(series: LawSeries, *, damped: bool = False, changing: bool = False) -> ModuleType:
-    """Make ``step_one``, ``step_both``, ``tangent_one``, ``tangent_both``, and ``SIZE`` of `taken`.
+    """Make the kernels of a law's steps, and ``SIZE`` of `taken`.
 
     Tangents go with the start, or with a parameter (`changing`), which may be a damper's.
     """
@@ -73,6 +73,8 @@ def lane_kernels(series: LawSeries, *, damped: bool = False, changing: bool = Fa
         write_step_both=written(partial(steps.step, 2)),
         write_tangent_one=written(partial(steps.tangent, 1)),
         write_tangent_both=written(partial(steps.tangent, 2)),
+        write_turns_one=written(partial(steps.turns, 1)),
+        write_turns_both=written(partial(steps.turns, 2)),
     )
 
 
@@ -164,7 +166,7 @@ class Steps:
                 pull = -c[at.LIMIT + i] * rows[i][1, 0] - sign[i] * force[i]
                 # From rest with F(0) = 1 a slip starts with zero acceleration.
                 return select(at_rest & (abs(pull) <= SLACK * c[at.LIMIT + i]), 0.0, pull)
-            loading = loading_of(i, k, integral, rows)
+            loading = loading_of(i, k, integral, rows, 1.0 / (k + 1))
             if k == 1:
                 loading = loading + sign[i] * (0.5 * c[at.DRIFT + i])
             return (-c[at.LIMIT + i] * (1.0 / (k + 1))) * rows[i][1, k] - loading
@@ -264,8 +266,6 @@ class Steps:
         for i in range(2):
             store(taken, D_FORCE_BEFORE[i], d_force[i])
             store(x, D_FORCE[i], force_end[i])
-        extreme = self._turns(c, sign, rows, h, load(x, SPEED[0]))
-        store(taken, at.FLAG, load(taken, at.FLAG) + select(extreme, 16.0, 0.0))
 
     def _tangents(
         self, d_speed: Sequence[Lanes], d_force: Sequence[Lanes], rows: Sequence[Rows],
@@ -286,34 +286,49 @@ class Steps:
         left = _Left(c, scaled)
         moved_loading = self._loadings(left, sign)
 
-        def coefficient(i: int, k: int) -> Lanes:
+        slope: list[list[Any]] = [[], []]  # of the accelerations in the speeds
+        for i, k in itertools.product(both, range(ORDER)):
             (start if k == 0 else advance)(rows[i], numbers[i], k)
-            changed: Any = 0.0
-            for j in range(k, -1, -1):
-                changed += rows[i][2, j] * d[i][k - j]
-            if k == 0:
-                loading = sign[i] * d_force[i]
-            else:
-                loading = loading_of(i, k, d_integral, [{(0, k): d[j][k]} for j in both])
+            slope[i].append(-c[at.LIMIT + i] * rows[i][2, k])
+        sums: list[list[Any]] = [[0.0] * ORDER for _ in both]
+
+        def coefficient(i: int, k: int) -> Lanes:
+            """Coefficient k + 1 of a speed's derivative: the newest one comes in last."""
+            found = sums[i][k]
             if self.changing:
-                changed = changed + rows[i][self.series.change_row, k]
-                loading = loading - scaled[i] * rows[i][0, k + 1]
+                found = found - c[at.LIMIT + i] * rows[i][self.series.change_row, k]
                 if k == 0:
-                    loading = loading - scaled[i] * (sign[i] * force[i])
+                    found = found + scaled[i] * (sign[i] * force[i])
                 else:
-                    loading = loading - moved_loading(i, k, integral, rows)
+                    found = found + moved_loading(i, k, integral, rows)
                     if k == 1:
-                        loading = loading - sign[i] * (0.5 * left[at.DRIFT + i])
-            return (-c[at.LIMIT + i] * (1.0 / (k + 1))) * changed - loading
+                        found = found + sign[i] * left[at.DRIFT + i]
+            if k == 0:
+                found = found - sign[i] * d_force[i]
+            else:
+                found = found - loading_of(i, k, d_integral, [{(0, k): d[j][k]} for j in both])
+            found = (found + slope[i][0] * d[i][k]) * (1.0 / (k + 1))
+            return found + scaled[i] * rows[i][0, k + 1] if self.changing else found
 
         for k in range(ORDER):
             newest = [coefficient(i, k) for i in both]
             for i in both:
+                for later in range(k + 1, ORDER):
+                    sums[i][later] += slope[i][later - k] * d[i][k]
                 d[i][k + 1] = newest[i]
                 d_integral[i][k + 1] = d[i][k] * (1.0 / (k + 1))
         return d, d_integral
 
-    def _turns(
+    # --- margins --------------------------------------------------------------------------
+
+    def turns(self, n: int, x: Floats, taken: Floats, c: Floats) -> None:
+        """Flag lanes in which a speed, or a rider's force, may turn back on the last step."""
+        both, c = range(n), _OfModels(c)
+        sign, rows = [load(x, SIGN[i]) for i in both], [self._kept(taken, i) for i in both]
+        extreme = self._turn(c, sign, rows, load(taken, at.LENGTH), load(x, SPEED[0]))
+        store(taken, at.FLAG, load(taken, at.FLAG) + select(extreme, float(at.EXTREME), 0.0))
+
+    def _turn(
         self, c: Floats, sign: Sequence[Lanes], rows: Sequence[Rows], h: Lanes, speed_end: Lanes
     ) -> Lanes:
         """Whether a speed may turn back within the step, or a rider's force."""
@@ -334,11 +349,12 @@ class Steps:
     # --- both -----------------------------------------------------------------------------
 
     def _loadings(self, c: Any, sign: Sequence[Lanes]) -> Callable[..., Lanes]:
-        """How to compute coefficient k of sign e over k + 1, from speeds and their integrals."""
+        """How to compute a share of coefficient k of sign e, from speeds and their integrals."""
         unlike = sign[0] * sign[1] if len(sign) == 2 else None
 
-        def loading(i: int, k: int, integral: Sequence[Terms], rows: Sequence[Rows]) -> Lanes:
-            share = 1.0 / (k + 1)
+        def loading(
+            i: int, k: int, integral: Sequence[Terms], rows: Sequence[Rows], share: float = 1.0
+        ) -> Lanes:
             total = (c[at.STIFF + i] * share) * integral[i][k]
             if self.damped:
                 total = total + (c[at.DAMP + i] * share) * rows[i][0, k]
