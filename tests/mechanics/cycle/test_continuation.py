@@ -250,6 +250,33 @@ def test_events_of_a_forced_cycle_may_cross_the_phase_at_time_0(phase: float) ->
     np.testing.assert_allclose(f(point), point, rtol=0, atol=1e-11)
 
 
+def test_a_symmetric_cycle_stays_so_where_both_halves_change_modes() -> None:
+    """A slip turns twice a period; just there sticks begin, in both halves or in either one."""
+    shaken = ss.Harmonic(1.407, 0.67, 1.0)
+    block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.105), damping=0.05, forcing=shaken)
+    curve = ss.follow(ss.find_cycle(block, [0.1], [0.0]), "forcing.frequency", (0.645, 0.67))
+    (change,) = curve.bifurcations
+    assert (change.kind, change.outcome) == ("landing", "persists")
+    assert "two other cycles, mirror images, meet it there" in change.what
+    assert curve.end_reasons == ("end of range", "end of range")
+    for cycle, n_events in ((curve[0], 4), (curve[-1], 2)):
+        assert len(cycle.events) == n_events
+        half = cycle.trajectory.x(0.5 * cycle.period)
+        np.testing.assert_allclose(half, -cycle.x, rtol=0, atol=1e-9)
+
+
+def test_a_cycle_is_no_partner_of_itself_begun_later() -> None:
+    """Three periods of the forcing long, it meets a cycle of one: so do its starts at all three."""
+    shaken = ss.Harmonic(1.4, 0.66, 1.0)
+    block = ss.Oscillator(V=0.0, friction=ss.Coulomb(mu=0.105), damping=0.05, forcing=shaken)
+    curve = ss.follow(ss.find_cycle(block, [0.1], [0.0]), "forcing.frequency", (0.645, 0.667))
+    fold, change, *_ = curve.bifurcations
+    assert (fold.kind, change.kind, change.outcome) == ("fold", "landing", "fold")
+    before, beyond = curve[change.row], curve[change.row + 1]
+    assert (len(before.events), len(beyond.events)) == (8, 10)
+    np.testing.assert_allclose(beyond.x, before.x, rtol=0, atol=1e-4)
+
+
 def two_unequal(friction: list[ss.FrictionLaw], **numbers: list[float] | float) -> ss.Blocks:
     """Two coupled blocks without dampers; stiffness as its upper triangle."""
     k11, k12, k22 = numbers.pop("stiffness")  # type: ignore[misc]

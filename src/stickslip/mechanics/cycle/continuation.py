@@ -358,7 +358,7 @@ class _CycleFollower(Follower):
             step = max(step, way)
         error = max(max(touch.room**2, 4e-16) * abs(last.parameter), step)
         block = touch.block + 1
-        what = f"block {block}{TOLD[outcome]}"
+        what = f"block {block}{TOLD[outcome]}{'' if beside is None else beside.symmetry}"
         half.note(self.event(touch.kind, last, error, what=what, block=block, outcome=outcome))
         if beside is None:
             return self.end(last, touch.kind)

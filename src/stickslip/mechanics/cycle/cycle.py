@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from stickslip.mechanics.cycle.rates import CycleRates, Rates, cycle_rates
-from stickslip.mechanics.cycle.section import EVENTS, Shot
+from stickslip.mechanics.cycle.section import EVENTS, SAME, Shot
 from stickslip.mechanics.cycle.shooting import Leg, Shooter, State
 from stickslip.mechanics.flow.trajectory import EVENT_KINDS, Event, Trajectory, simulate
 from stickslip.mechanics.model.arguments import checked_parameter
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from stickslip.numerics.arrays import Floats
 
 
-SAME: Final = 1e-9  # relative: periods that rounding tells apart
 NEUTRAL: Final = 1e-7  # multipliers this close to the unit circle neither attract nor repel
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.mechanics.cycle.section import Section, Shooting, Word, coordinates, word_of
+from stickslip.mechanics.cycle.section import SAME, Section, Shooting, coordinates, word_of
 from stickslip.mechanics.cycle.shooting import Shooter, State, sizes_of
 from stickslip.mechanics.flow.system import AT_LOWER_LIMIT, AT_UPPER_LIMIT, LANDING, MAX_INSTANT
 from stickslip.mechanics.model.orders import orders
@@ -16,9 +16,10 @@ from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRe
 from stickslip.numerics.polynomial import NO_ROOT, jet, lowest_minimum, value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from stickslip.mechanics.cycle.cycle import Cycle
+    from stickslip.mechanics.cycle.section import Shot
     from stickslip.numerics.arrays import Floats
 
 TouchKind: TypeAlias = Literal["grazing", "limit", "landing", "tie"]
@@ -142,6 +143,8 @@ CLOSER: Final = 1 / 16  # of that: where the cycle found must be nearer to the o
 SHRINKS: Final = 0.6  # at this share of the distance (a square root: a quarter)
 ROUNDING: Final = 1e-10
 SOLVED: Final = 1e-11  # residual of a cycle, of the states' sizes
+PAIR: Final = "; so far symmetric, it stays so: two other cycles, mirror images, meet it there"
+ALONE: Final = "; so far symmetric, it is not from there on"
 
 
 def on_section(cycle: Cycle, name: str, *, rtol: float = 1e-15) -> tuple[Shooting, Floats]:
@@ -213,10 +216,49 @@ class Partner(NamedTuple):
     y: Floats
     outcome: Literal["persists", "fold"]
     rising: bool
+    # What a mirror symmetry, x(t + T/2) = -x(t), that the cycle has up to here adds.
+    symmetry: str = ""
 
 
 def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -> Partner | None:
     """Look for the cycle with other modes that a cycle meets or becomes."""
+    word = shooting.word
+    if word is None or not is_mirrored(point.note):
+        return _partner(shooting, point, ends)
+    # Both halves change their modes at once: of their cycles with one stick more or less, one
+    # is symmetric, others come in pairs.
+    half = replace(shooting, word=word[: len(word) // 2], mirrored=True)
+    alike, unlike = _partner(half, point, ends), _partner(shooting, point, ends, symmetric=False)
+    if alike is not None:
+        told = "" if unlike is None else PAIR
+        return alike._replace(shooting=_whole(alike.shooting), symmetry=told)
+    return None if unlike is None else unlike._replace(symmetry=ALONE)
+
+
+def is_mirrored(shot: Shot) -> bool:
+    """Tell whether the second half of a cycle is the mirror image of the first, by its events."""
+    events, half = shot.leg.events, 0.5 * shot.leg.duration
+    first, second = events[: len(events) // 2], events[len(events) // 2 :]
+    return (
+        bool(events)
+        and len(first) == len(second)
+        and all(
+            a[1:] == (b[1], -b[2]) and abs(b[0] - a[0] - half) <= np.sqrt(SAME) * half
+            for a, b in zip(first, second, strict=True)
+        )
+    )
+
+
+def _whole(shooting: Shooting) -> Shooting:
+    """Equations of all of a cycle."""
+    turned = tuple((block, -mode) for block, mode in shooting.word or ())
+    word = (shooting.word or ()) + turned
+    return replace(shooting, word=word, mirrored=False) if shooting.mirrored else shooting
+
+
+def _partner(
+    shooting: Shooting, point: CurvePoint, ends: tuple[float, float], *, symmetric: bool = True
+) -> Partner | None:
     # Newton's method starts just beyond the change, then just before: there both may meet and
     # vanish.
     ahead = 1.0 if point.tangent[-1] > 0.0 else -1.0
@@ -226,25 +268,52 @@ def partners(shooting: Shooting, point: CurvePoint, ends: tuple[float, float]) -
         ("persists", ahead),
         ("fold", -ahead),
     )
+
+    def wanted(y: Floats) -> bool:
+        shot = free.shot(y)
+        there = _whole(replace(shooting, word=shot.word))
+        if same_modes(there, _whole(shooting)) or repeats(there, y):
+            return False
+        return symmetric or not is_mirrored(shot)
+
     for outcome, way in sides:
         value = point.parameter + way * BESIDE * width
         if not ends[0] <= value <= ends[1]:
             continue
-        y = _beside(free, shooting.word, point, value, width)
+        y = _beside(free, wanted, point, value, width)
         if y is not None:
             found = replace(shooting, word=free.shot(y).word)
             return Partner(found, y, outcome, way > 0.0)
     return None
 
 
+def same_modes(one: Shooting, other: Shooting) -> bool:
+    """Tell whether cycles have the same modes in turn: begun later one may be the other."""
+    a, b = one.word or (), other.word or ()
+    return any(a[k:] + a[:k] == b for k in range(len(a) or 1))
+
+
+def repeats(shooting: Shooting, y: Floats) -> bool:
+    """Tell whether a cycle closes in a part of its period."""
+    word, free = shooting.word or (), shooting.free
+    for k in range(2, (len(word) if free else shooting.rounds) + 1):
+        first, shorter = word[: len(word) // k], y.copy()
+        if k * first == word and (free or shooting.rounds % k == 0):
+            shorter[shooting.n_states : -1] /= k
+            one = replace(shooting, word=first, rounds=1 if free else shooting.rounds // k)
+            if _solves(one, shorter):
+                return True
+    return False
+
+
 def _beside(
-    free: Shooting, word: Word | None, point: CurvePoint, value: float, width: float
+    free: Shooting, wanted: Callable[[Floats], bool], point: CurvePoint, value: float, width: float
 ) -> Floats | None:
     """Cycle with other modes at a parameter beside a change, which tends to the one there."""
     scale = free.scale(width, point.y)
     for guess in _guesses(free, point, value):
         y = converged(free, guess, width)
-        if y is None or free.shot(y).word == word:
+        if y is None or not wanted(y):
             continue
         nearer = y.copy()
         nearer[-1] += (1.0 - CLOSER) * (point.parameter - value)
@@ -277,16 +346,23 @@ def _guesses(free: Shooting, point: CurvePoint, value: float) -> Iterator[Floats
 def converged(shooting: Shooting, guess: Floats, width: float) -> Floats | None:
     """Cycle at the parameter of a guess, of whatever modes."""
     try:
-        scale = shooting.scale(width, guess)
-        y = ArclengthCurve(shooting, scale).point(guess).y
-        off = shooting(y)[0][: shooting.n_states]
-        residual = float(np.abs(off / scale[: shooting.n_states]).max(initial=0.0))
+        y = ArclengthCurve(shooting, shooting.scale(width, guess)).point(guess).y
     except (LeavesRegion, StepTooLong, ValueError):
         return None
     # Where the curve turns back just there the point found has another parameter; steps to and
     # fro across a change of modes may look like rounding, but leave a residual.
     there = abs(y[-1] - guess[-1]) <= 1e-12 * width
-    return y if there and residual <= SOLVED else None
+    return y if there and _solves(shooting, y) else None
+
+
+def _solves(shooting: Shooting, y: Floats) -> bool:
+    """Tell whether a motion closes, with the modes that it must have."""
+    own = slice(shooting.n_states)
+    try:
+        off = shooting(y)[0][own] / shooting.scale(1.0, y)[own]
+    except (LeavesRegion, ValueError):
+        return False
+    return float(np.abs(off).max(initial=0.0)) <= SOLVED
 
 
 def _once_around(shooting: Shooting, guess: Floats) -> Floats:

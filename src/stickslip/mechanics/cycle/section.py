@@ -24,6 +24,7 @@ Word: TypeAlias = tuple[tuple[int, int], ...]
 """Changes of mode in one period: block (from 0) and its new mode."""
 
 EVENTS: Final = 100_000  # in one period, after which a shot is given up
+SAME: Final = 1e-9  # relative: periods that rounding tells apart
 ROUNDING: Final = 1e-14  # of the return's norm: multipliers this small are zero
 
 
@@ -143,6 +144,7 @@ class Shooting:
     word: Word | None = None  # changes of mode that every shot must have
     rounds: int = 1  # periods of the forcing in one
     rtol: float = 1e-15
+    mirrored: bool = False  # half a period leads to the mirror image: x(t + T/2) = -x(t)
 
     # --- between unknowns and states ----------------------------------------------------------
 
@@ -173,6 +175,11 @@ class Shooting:
         """Unknowns that tell the state."""
         return self.section.ways.shape[1]
 
+    @property
+    def _way(self) -> tuple[int, float]:
+        """Sign of a state where a shot leads to, and its share of the period."""
+        return (-1, 0.5) if self.mirrored else (1, 1.0)
+
     def _own(self, period: float) -> list[float]:
         return [period] if self.free else []
 
@@ -185,11 +192,12 @@ class Shooting:
         if period <= 0.0 or (state.w[slips] * self.section.mode[slips] <= 0.0).any():
             raise LeavesRegion
         shooter = Shooter(model, rtol=self.rtol, parameter=self.name)
-        leg = shooter.leg(state, EVENTS, max_time=period)
+        side, share = self._way
+        leg = shooter.leg(state, EVENTS, max_time=share * period)
         velocity = shooter.velocity(leg.state)
         moved = shooter.change, shooter.period_change
         shot = Shot(model, self.section, state, leg, velocity, *moved)
-        if leg.status != status_codes.OK or (leg.state.mode != state.mode).any():
+        if leg.status != status_codes.OK or (leg.state.mode != side * state.mode).any():
             raise LeavesRegion(shot)
         if self.word is not None and shot.word != self.word:
             raise LeavesRegion(shot)
@@ -199,9 +207,11 @@ class Shooting:
         """Residual, its derivative, and the shot."""
         shot = self.shot(y)
         leg, ways, along = shot.leg, self.section.ways, self.section.along
-        back = ways.T @ (leg.state.z - shot.state.z)
-        by_state = ways.T @ leg.tangent @ ways - np.eye(self.n_states)
-        by_parameter, rate = ways.T @ leg.parameter, ways.T @ shot.velocity
+        side, share = self._way
+        to = side * ways.T
+        back = ways.T @ (side * leg.state.z - shot.state.z)
+        by_state = to @ leg.tangent @ ways - np.eye(self.n_states)
+        by_parameter, rate = to @ leg.parameter, share * to @ shot.velocity
         if along is None or shot.normal is None:
             by_parameter += rate * self.rounds * shot.period_change
             return back, np.column_stack([by_state, by_parameter]), shot
