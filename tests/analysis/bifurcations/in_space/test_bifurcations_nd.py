@@ -1,12 +1,15 @@
 """Bifurcations of maps of R^n where they are known, and against Feigin's rules."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.analysis.known_maps import logistic
 from tests.analysis.known_maps_nd import SmoothMap, delayed_logistic, henon, kinked
 
+from stickslip.analysis.bifurcations.accounting import Look
+from stickslip.analysis.bifurcations.bifurcation import UnresolvedChange
 from stickslip.analysis.bifurcations.bifurcations import bifurcations
 from stickslip.analysis.bifurcations.in_space import bifurcations_nd
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import OrbitSurvey
@@ -130,6 +133,27 @@ def test_an_attractor_that_is_lost_between_two_values():
     assert change.attractors_before
     assert change.attractors_after == ()
     assert "evidence" in change.note
+
+
+def test_a_look_that_fails_leaves_other_changes_to_be_bisected(monkeypatch):
+    """Attractors come at q = 0.3 and 0.7, and where the first is bisected a look fails."""
+
+    def look(f, name, place):
+        q, _ = place
+        if 0.2 < q < 0.3:
+            return UnresolvedChange("a fault of the program left out attractors", q, q)
+        count = (q > 0.3) + (q > 0.7)
+        return Look(q, (SimpleNamespace(kind="chaotic", period=1, lowest_period=0),) * count)
+
+    monkeypatch.setattr(bifurcations_nd, "_look", look)
+    found = OrbitSurvey(henon(), "a", 0.0, 1.0, 1, 8)
+    looks = bifurcations_nd._Looks(found)
+    looks.at([0.0, 0.5, 1.0], lambda share: None)
+    monkeypatch.setattr(looks, "_change", lambda item: item)
+    (bracketed,), (left,), _ = looks.changes(lambda share: None)
+    assert bracketed.lo < 0.7 < bracketed.hi < bracketed.lo + 2e-4
+    assert (left.lo, left.hi) == (0.0, 0.5)
+    assert [item.lo for item in found.unresolved] == [0.25]
 
 
 def test_the_orbit_that_another_shrinks_onto_is_followed_too():

@@ -458,18 +458,21 @@ class _Looks:
         self, tell: Callable[[float], None]
     ) -> tuple[list[Bifurcation], list[UnresolvedChange], list[UnresolvedChange]]:
         """Bisect the changes that nothing located explains; those too many stay unresolved."""
-        narrow, left = NARROW * self.survey.width, MOST_LOOKS
+        narrow, left, asked = NARROW * self.survey.width, MOST_LOOKS, set[float]()
         while True:
             found, outside = accounted(
                 self.known.values(), self.survey.values.tolist(), self.survey.max_period
             )
             wide = [item for item in found if item.hi - item.lo > narrow]
-            widest = sorted(wide, key=lambda item: item.lo - item.hi)[:left]
-            before = len(self.known)
-            self.at([0.5 * (item.lo + item.hi) for item in widest], tell)
-            if len(self.known) < before + max(len(widest), 1):  # none is left, or one failed
+            widest = sorted(wide, key=lambda item: item.lo - item.hi)
+            middles = [0.5 * (item.lo + item.hi) for item in widest]
+            # A look that failed, or that shows neither side, divides its own change no further.
+            middles = [q for q in middles if q not in asked][:left]
+            if not middles:
                 break
-            left -= len(widest)
+            self.at(middles, tell)
+            asked.update(middles)
+            left -= len(middles)
         changed = [self._change(item) for item in found if item.hi - item.lo <= narrow]
         return changed, wide, outside
 
