@@ -76,6 +76,25 @@ def test_a_store_is_named_as_it_was_given(plan, capsys):
     assert "sweep: store = '" in ended(capsys, "sweep", plan)[2]
 
 
+def test_a_plan_names_its_store_by_a_key(plan, capsys):
+    plan.write_text(plan.read_text().replace('"map.zarr"', '"foo://x"'))
+    for more in ([], ["--status"], ["--resume"]):
+        code, _, err = ended(capsys, "sweep", plan, *more)
+        assert (code, err.count("store")) == (2, 1)
+        assert "sweep: store = 'foo://x' cannot be reached" in err
+
+
+@pytest.mark.parametrize("options", [[], ["--store", ""]])
+def test_a_store_without_a_name_is_refused(plan, capsys, options):
+    """The folder of the plan is none, nor is the plan's store meant by an empty option."""
+    if not options:
+        plan.write_text(plan.read_text().replace('"map.zarr"', '""'))
+    code, _, err = ended(capsys, "sweep", plan, *options)
+    assert code == 2
+    assert "store" in err
+    assert "'' is neither a path nor an address" in err
+
+
 def test_a_plan_is_run_beside_its_file(plan, capsys):
     code, out, err = ended(capsys, "sweep", plan)
     assert (code, out) == (0, f"{plan.parent / 'map.zarr'}\n")

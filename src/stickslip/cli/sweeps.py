@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -66,8 +66,8 @@ def sweep(
 
     with of_file():
         read = read_plan(plan)
-    where = store or read.store
-    with _endings(store):
+    where = read.store if store is None else store
+    with of_file() if store is None else nullcontext(), _endings(store):
         place_of(where, read.arguments["storage_options"])
         if status or not resume:
             known = _known(read, where)
@@ -122,8 +122,6 @@ def _endings(option: str | None) -> Iterator[None]:
 
 def _client(scheduler: str | None) -> Any:
     """Connect to a scheduler, if one is named."""
-    from contextlib import nullcontext
-
     if scheduler is None:
         return nullcontext()
     from stickslip.sweeps.engines import connect

@@ -130,7 +130,7 @@ def read_plan(path: str | PathLike[str]) -> Plan:
             },
             "storage_options": file.storage_options,
         }
-    local = "://" not in file.store and not file.store.startswith("memory:")
+    local = file.store and "://" not in file.store and not file.store.startswith("memory:")
     return Plan(path, str(path.parent / file.store) if local else file.store, arguments)
 
 
