@@ -78,6 +78,17 @@ def test_a_pair_of_laws_has_numbered_parameters() -> None:
     assert model.replace(mu_3=0.3).laws[2] == ss.Coulomb(mu=0.3)
 
 
+def test_a_number_of_one_of_several_laws_is_refused_by_its_name() -> None:
+    laws = ss.Coulomb(mu=0.2), ss.friction_law("a + b*exp(-s)", parameters={"a": 0.5, "b": 0.5})
+    model = ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=laws)
+    with pytest.raises(ValueError, match=r"^mu_1: mu = 7 of the friction law coulomb is not"):
+        model.replace(mu_1=7)
+    with pytest.raises(ValueError, match=r"^a_2, b_2: F\(0\) = 1.2 of the friction law"):
+        model.replace(a_2=0.6, b_2=0.6)
+    with pytest.raises(ValueError, match=r"^mu = 7 of the friction law coulomb"):
+        model.replace(friction=laws[0]).replace(mu=7)
+
+
 def test_samples_are_legal() -> None:
     rng = np.random.default_rng(1)
     for model in (CHAIN, BLOCKS, ss.TwoBlock(alpha=1.2, beta=1.3, V=0.05, friction=LAW)):

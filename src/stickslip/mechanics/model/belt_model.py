@@ -20,6 +20,7 @@ from stickslip.checks import (
     whole_number,
 )
 from stickslip.mechanics.friction.law import FrictionLaw
+from stickslip.mechanics.friction.values import within
 from stickslip.mechanics.model import locus
 from stickslip.mechanics.model.contact import Harmonic, harmonic_of
 from stickslip.mechanics.model.orders import orders
@@ -310,15 +311,17 @@ class BeltModel(ABC):
         friction = laws_of(friction, self.n_blocks)
         owners = owners_of(friction, self.n_blocks, hidden=True)
         laws = list(friction) if isinstance(friction, tuple) else [friction]
-        per_law: list[dict[str, Any]] = [{} for _ in laws]
-        for name, value in changes.items():
+        per_law: list[dict[str, str]] = [{} for _ in laws]  # the given name by the law's own
+        for name in changes:
             if name not in owners:
                 others = [*self.numbers, *self._wave_numbers, *owners, *_arguments_of(type(self))]
                 known = did_you_mean(name, list(dict.fromkeys(others)))
                 raise ValueError(f"{type(self).__name__} has no parameter {shown(name)}. {known}")
             block, own_name = owners[name][0]
-            per_law[block][own_name] = value
-        laws = [law.replace(**own) for law, own in zip(laws, per_law, strict=True)]
+            per_law[block][own_name] = name
+        for k, given in enumerate(per_law):
+            with within(f"{', '.join(given.values())}: " if isinstance(friction, tuple) else ""):
+                laws[k] = laws[k].replace(**{own: changes[name] for own, name in given.items()})
         return tuple(laws) if isinstance(friction, tuple) else laws[0]
 
     # --- as a value -------------------------------------------------------------------------
