@@ -7,7 +7,9 @@ import pytest
 from tests.analysis.plane_maps import henon, points
 
 import stickslip as ss
+from stickslip.analysis.safety import kicks, surroundings
 from stickslip.analysis.safety.safety import Settling
+from stickslip.numerics.zeros import halved
 
 SIGMA = 4.0  # standard errors by which an estimate may be off
 ROUNDING = 1e-12  # of lengths of about 1
@@ -16,6 +18,15 @@ ROUNDING = 1e-12  # of lengths of about 1
 def cubic(r, width=1.5):
     """Fixed points 0 and ±sqrt(r - 1); the basins of these meet at 0 and ±sqrt(r)."""
     return ss.PiecewiseMap(lambda x, r: r * x - x**3, (-width, width), parameters={"r": r})
+
+
+def cubic_beside_contraction():
+    return ss.Map(
+        lambda z, r: points(r * z[..., 0] - z[..., 0] ** 3, z[..., 1] / 2),
+        2,
+        parameters={"r": 1.6},
+        domain=[(-1.5, 1.5), (-1, 1)],
+    )
 
 
 def contraction(a, half):
@@ -54,17 +65,48 @@ def test_the_only_attractor_is_safe_up_to_the_ends_of_the_domain():
 
 def test_in_the_plane_the_search_finds_what_a_line_knows():
     """The cubic map beside a contraction: the nearest boundary is a line at a known distance."""
-    f = ss.Map(
-        lambda z, r: points(r * z[..., 0] - z[..., 0] ** 3, z[..., 1] / 2),
-        2,
-        parameters={"r": 1.6},
-        domain=[(-1.5, 1.5), (-1, 1)],
-    )
+    f = cubic_beside_contraction()
     found = ss.safety(f, n_samples=1024)
     exact = math.sqrt(1.6) - math.sqrt(0.6)
     assert exact - 1e-9 <= found.displacement.size <= 1.001 * exact
     assert found.displacement.tested == 1024
     assert abs(found.share.value - 0.5) < SIGMA * found.share.error
+
+
+def test_only_ways_that_may_be_the_shortest_are_bisected_to_the_end(monkeypatch):
+    """And the way that is found is the one of all ways bisected alike."""
+    f = cubic_beside_contraction()
+    near, rng = surroundings.SpaceSurroundings(f, ss.attractors(f), 0), np.random.default_rng(0)
+    ways = rng.normal(size=(2048, 2))
+    base = near.points[np.zeros(2048, dtype=int)]
+    ways, base = (each[near.fate(base + ways) != near.k] for each in (ways, base))
+    fate, asked = near.fate, []
+    monkeypatch.setattr(near, "fate", lambda x: (asked.append(len(x)), fate(x))[1])
+    found, ends = near._bisected(base, ways)
+    assert len(asked) == surroundings.HALVINGS
+    assert sum(asked) < 0.2 * surroundings.HALVINGS * len(ways)
+    _, high = halved(
+        lambda share: fate(base + share[:, None] * ways) == near.k,
+        np.zeros(len(ways)),
+        np.ones(len(ways)),
+        surroundings.HALVINGS,
+    )
+    k = np.argmin(high * np.linalg.norm(ways, axis=1))
+    np.testing.assert_array_equal(found.way, high[k] * ways[k])
+    least = [near._distances(x)[0].min() for x in (ends, base + high[:, None] * ways)]
+    assert least[0] == least[1]
+
+
+def test_a_call_that_lasts_says_what_is_tried(monkeypatch):
+    said = []
+    for module in (surroundings, kicks):
+        monkeypatch.setattr(module, "doing", said.append)
+    f = cubic_beside_contraction()
+    ss.safety(f, n_samples=64, kicks=0.1, within=3, n_runs=10)
+    assert said[0].startswith("starts all over the domain, 64: ")
+    first = said.index("displacements: any that lead away")
+    assert said[first + 1].startswith("displacements, round 1: shortest so far 0.")
+    assert said[-1] == "kicks: step 3 of at most 3, 0 of 10 runs escaped"
 
 
 def test_nothing_foreign_is_nearer_than_the_displacement_of_henon():

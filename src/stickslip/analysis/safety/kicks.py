@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
 from stickslip.analysis.attractors.in_space.fates import UNDECIDED
+from stickslip.numerics.waiting import doing
 from stickslip.numerics.zeros import halved
 from stickslip.results.parts import part
 
@@ -98,6 +99,7 @@ def escape(
     x = near.points[rng.integers(len(near.points), size=n_runs)]
     left, into, total, squares = 0, dict[int, int](), 0.0, 0.0
     for n in range(1, within + 1):
+        doing(f"kicks: step {n} of at most {within}, {left} of {n_runs} runs escaped")
         x = near.step(x) + draw(0.0, size, x.shape)
         fate = near.fate(x)
         gone = (fate != near.k) & (fate != UNDECIDED)
@@ -154,6 +156,7 @@ def _smallest(
 
     tested, below = 0, 0.0
     for size in sizes.tolist():
+        doing(f"change of velocity of block {block}: {sense * size:.3g} of up to {sizes[-1]:.3g}")
         away = [point for point in points if fate(point, size) not in (near.k, UNDECIDED)]
         tested += len(points) - len(away)
         if away:

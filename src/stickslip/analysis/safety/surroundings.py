@@ -25,6 +25,8 @@ from stickslip.analysis.attractors.in_space.fates import (
 from stickslip.analysis.attractors.search import BLOCK
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.protocol import advance, apart, clip_to_domain, reduced
+from stickslip.analysis.work import Work
+from stickslip.numerics.waiting import doing
 from stickslip.numerics.zeros import halved
 from stickslip.results.parts import part
 
@@ -202,8 +204,9 @@ class SpaceSurroundings:
     def _starts(self, n_samples: int) -> tuple[Floats, Indices, Indices]:
         """Return starts spread over the domain, their fates, and the steps these took."""
         if self._spread is None or len(self._spread[0]) != n_samples:
-            x = self.f.spread(n_samples)
-            self._spread = (x, *fates(self.f, x, self.cells, MAX_STEPS))
+            x, what = self.f.spread(n_samples), f"starts all over the domain, {n_samples}"
+            work = Work(lambda share: doing(f"{what}: {share:.0%} followed"))
+            self._spread = (x, *fates(self.f, x, self.cells, MAX_STEPS, work))
         return self._spread
 
     def share(self, n_samples: int) -> Estimate:
@@ -224,11 +227,13 @@ class SpaceSurroundings:
         Half of these start all over the attractor, the others beside the shortest so far.
         """
         n, tested = self.points.shape[1], 0
+        doing("displacements: any that lead away")
         best = self._first(n_samples, rng)
         if best is None:
             nothing = (math.nan,) * n
             return Displacement(math.nan, math.nan, nothing, nothing, UNDECIDED, n_samples)
-        for _ in range(ROUNDS):
+        for k in range(1, ROUNDS + 1):
+            doing(f"displacements, round {k}: shortest so far {best.size:.6g}")
             away = np.linalg.norm(apart(self.f, self.points, best.base), axis=1)
             close = np.argsort(away, kind="stable")[:NEIGHBOURS]
             local = np.arange(n_samples) % 2 == 0
@@ -268,25 +273,41 @@ class SpaceSurroundings:
             return None
         best, ends = self._bisected(base[out], ways[out])
         # Another point of the attractor may be closer to where a way ends.
-        distances, nearest = np.atleast_2d(*self.tree.query(ends))
+        distances, nearest = self._distances(ends)
         k = int(np.argmin(distances))
-        base = self.points[[int(nearest[0, k])]]
+        base = self.points[[int(nearest[k])]]
         ways = apart(self.f, ends[k][None], base)
         other = self._bisected(base, ways)[0] if self.fate(base + ways)[0] != self.k else best
         return min(best, other, key=lambda way: way.size)
 
     def _bisected(self, base: Floats, ways: Floats) -> tuple[_Way, Floats]:
-        """Return the shortest of ways cut where they leave the basin, and the ends of all."""
+        """Return the shortest of ways cut where they leave the basin, and ends near the attractor.
+
+        Ways are left out as soon as neither their length nor the distance of their ends from the
+        attractor can still be the least.
+        """
+        lengths = np.linalg.norm(ways, axis=1)
+        low, high = np.zeros(len(ways)), np.ones(len(ways))
 
         def stays(share: Floats) -> Indices:
             return self.fate(base + share[:, None] * ways) == self.k
 
-        low, high = halved(stays, np.zeros(len(ways)), np.ones(len(ways)), HALVINGS)
-        lengths = np.linalg.norm(ways, axis=1)
+        for _ in range(HALVINGS):
+            low, high = halved(stays, low, high, 1)
+            off, far = (high - low) * lengths, high * lengths
+            near = self._distances(base + high[:, None] * ways)[0]
+            kept = (far - off <= far.min()) | (near - off <= (near + off).min())
+            base, ways, lengths = base[kept], ways[kept], lengths[kept]
+            low, high = low[kept], high[kept]
         k = int(np.argmin(high * lengths))
         error = float((high[k] - low[k]) * lengths[k])
         ways = high[:, None] * ways
         return _Way(base[k], ways[k], float(np.linalg.norm(ways[k])), error), base + ways
+
+    def _distances(self, x: Floats) -> tuple[Floats, Indices]:
+        """Distance of points (m, n) from the attractor's nearest points, and which these are."""
+        distances, nearest = self.tree.query(x)
+        return np.asarray(distances), np.asarray(nearest)
 
 
 Surroundings: TypeAlias = LineSurroundings | SpaceSurroundings
