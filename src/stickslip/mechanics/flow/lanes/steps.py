@@ -313,6 +313,7 @@ class Steps:
         for k in range(ORDER):
             newest = [coefficient(i, k) for i in both]
             for i in both:
+                # All sums that need it take it at once: it stays in a register, and so do they.
                 for later in range(k + 1, ORDER):
                     sums[i][later] += slope[i][later - k] * d[i][k]
                 d[i][k + 1] = newest[i]
