@@ -483,3 +483,15 @@ def test_events_at_one_time_may_be_settled_one_after_the_other(v: list[float]) -
     back = _Return(found)
     assert back.leg(np.zeros(back.free.sum())).duration == pytest.approx(found.period)
     assert ss.trapping_ball(found) is None  # beside it the outer blocks take turns
+
+
+def test_a_search_that_waits_for_an_event_says_how_far_apart_the_modes_are(monkeypatch):
+    """A stiff model takes as long as its slowest mode does in periods of its fastest."""
+    said = []
+    monkeypatch.setattr("stickslip.mechanics.cycle.search.doing", said.append)
+    block = ss.Oscillator(V=0.1, friction=ss.Coulomb(mu=0.5), damping=10.0)
+    with pytest.raises(ss.errors.NoCycleError):
+        ss.find_cycle(block, [0.9], [0.05])
+    ratio = (5.0 + 24.0**0.5) ** 2
+    told = f"event awaited for 0 of 2000 periods of the slowest mode, {ratio:.2g} of the fastest"
+    assert said[0] == f"{told} each"

@@ -25,7 +25,7 @@ from stickslip.mechanics.cycle.sliding import linear_modes, modes_about, steady_
 from stickslip.mechanics.flow.engine import tolerance
 from stickslip.mechanics.model.arguments import checked_model, checked_state
 from stickslip.numerics.continuation import ArclengthCurve, LeavesRegion, StepTooLong
-from stickslip.numerics.waiting import waits
+from stickslip.numerics.waiting import doing, waits
 from stickslip.numerics.zeros import halved
 from stickslip.vocabulary import suggests
 
@@ -135,6 +135,7 @@ class _Search:
         rates = np.abs(linear_modes(model).values)
         moving = rates[rates > STILL * rates.max()]
         self.slowest = 2.0 * np.pi / moving.min() if moving.size else np.inf
+        self.spread = moving.max() / moving.min() if moving.size else 1.0
         self.sizes = sizes_of(model.plant)
 
     # --- autonomous models: from event to event -----------------------------------------------
@@ -206,7 +207,11 @@ class _Search:
     def _next_event(self, state: State) -> State:
         """Follow a motion to where its modes change; ValueError if they do not."""
         wait = WAIT * self.slowest
-        for _ in range(MAX_WAITS):
+        for k in range(MAX_WAITS):
+            doing(
+                f"event awaited for {k * WAIT} of {MAX_WAITS * WAIT} periods of the slowest mode, "
+                f"{self.spread:.2g} of the fastest each"
+            )
             leg = self.plain.leg(state, 1, max_time=wait)
             _check(leg)
             if leg.events:
