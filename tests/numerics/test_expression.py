@@ -192,6 +192,7 @@ def test_what_does_not_vary_is_gathered_into_one_factor(s, a, b):
     found = gathered(given_)
     fixed = [n for n in reachable(graph, [found.number]) if graph.nodes[n].op == "multiply"]
     assert sum(graph.varies[n] for n in fixed) == 3  # the square, and one for each product
+    assert gathered(one * speed).number == (one * speed).number
     assert value(found, s=s, a=a, b=b) == pytest.approx(value(given_, s=s, a=a, b=b), rel=1e-14)
 
 

@@ -307,7 +307,9 @@ def gathered(term: Expression) -> Expression:
             break
         factor = negative(factor) if rest.node.op == "negative" else multiply(factor, *fixed)
         (rest,) = (arg for arg in args if arg.varies)
-    return term if rest.number == term.number else grow("multiply", factor, rest)
+    if rest.number == term.number:
+        return term
+    return grow("multiply", *sorted((factor, rest), key=lambda each: each.number))
 
 
 def where(condition: Expression, a: Expression, b: Expression) -> Expression:
