@@ -13,6 +13,7 @@ from tests.sizes import slow
 
 import stickslip as ss
 from stickslip.mechanics.cycle.cycle import Cycle
+from stickslip.mechanics.cycle.shooting import Shooter
 from stickslip.mechanics.cycle.trapping import _Return
 
 COULOMB = ss.examples.coulomb()
@@ -32,6 +33,27 @@ def test_one_block_with_constant_friction() -> None:
     }
     energy = cycle.trajectory.energy([0.0, cycle.period])
     assert energy.belt_work[1] == pytest.approx(energy.dissipation[1], abs=1e-12)
+
+
+def test_a_motion_followed_in_pieces_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3.0), damping=0.01)
+    whole, pieces = Shooter(model), Shooter(model)
+    monkeypatch.setattr(pieces, "follow", partial(pieces.follow, steps=1))
+    start = whole.start(np.array([0.9]), np.array([0.0]))
+    one, other = (shooter.leg(start, 6) for shooter in (whole, pieces))
+    assert one.duration == other.duration
+    assert one.events == other.events
+    np.testing.assert_array_equal(one.state.z, other.state.z)
+    np.testing.assert_array_equal(one.tangent, other.tangent)
+
+
+def test_no_piece_of_a_stiff_motion_lasts() -> None:
+    """Else Ctrl-C would wait for 40 periods of the slowest mode: with this damper for days."""
+    shooter = Shooter(ss.Oscillator(V=0.2, friction=ss.PoppStelter(gamma=3.0), damping=1e4))
+    shooter.place(shooter.start(np.zeros(1), np.zeros(1)))
+    time, status = shooter.follow(0.0, 1e9)
+    assert status == ss.status.OK
+    assert 0.0 < time < 1e9
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from stickslip.numerics.arrays import Floats, Ints
 
 
-MANY: Final = 2**62  # steps, events: no limit
+MANY: Final = 2**62  # events: no limit
+AT_ONCE: Final = 2**16  # steps, some tenths of a second: Ctrl-C is heeded between
 
 
 class State(NamedTuple):
@@ -127,8 +128,11 @@ class Shooter:
         parameter = tangent[:, states] if tangent.shape[1] > states else np.zeros(self.n)
         return Leg(state, self._state(), t, int(status), tangent[:, :states], parameter, events)
 
-    def follow(self, t: float, end: float, steps: int = MANY) -> tuple[float, int]:
-        """Follow the motion from t to its next event or to an end: the time there, and a status."""
+    def follow(self, t: float, end: float, steps: int = AT_ONCE) -> tuple[float, int]:
+        """Follow the motion from t to its next event, to an end, or for some steps.
+
+        Return the time there, and a status.
+        """
         engine, reached = self.engine, (t, status_codes.OK)
 
         def task(_start: int, _stop: int) -> None:
