@@ -53,9 +53,7 @@ def finite_number(
     # `of` says whose parameter it is: "the friction law coulomb". `why` is the reason for the
     # range, a sentence; `remedy` what to do instead of giving a number in the range. Bools are no
     # numbers.
-    is_real = type(value) is float or (
-        isinstance(value, Real) and not isinstance(value, bool | np.bool_)
-    )
+    is_real = isinstance(value, Real) and not isinstance(value, bool)  # nor is NumPy's bool one
     number = _float(value) if is_real else nan
     if isfinite(number) and number > above and at_least <= number <= at_most:
         return number + 0.0  # no negative zero

@@ -141,7 +141,7 @@ def polish(
     used = np.arange(width) < periods[:, None]
     # Copies: kernels are compiled for one kind of array.
     guess, lower, upper = (np.full(guess.shape, each) for each in (guess, lower, upper))
-    points = np.minimum(np.maximum(guess, lower), upper)
+    points = np.clip(guess, lower, upper)
     slopes, residuals, steps = np.ones_like(guess), new(guess), new(guess)
     labels, last = new(guess, dtype=np.uint64), np.full(n, np.inf)
     moving, given_up = np.ones(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)

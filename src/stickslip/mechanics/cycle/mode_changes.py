@@ -251,9 +251,11 @@ def is_mirrored(shot: Shot) -> bool:
 
 def _whole(shooting: Shooting) -> Shooting:
     """Equations of all of a cycle."""
-    turned = tuple((block, -mode) for block, mode in shooting.word or ())
-    word = (shooting.word or ()) + turned
-    return replace(shooting, word=word, mirrored=False) if shooting.mirrored else shooting
+    if not shooting.mirrored:
+        return shooting
+    half = shooting.word or ()
+    turned = tuple((block, -mode) for block, mode in half)
+    return replace(shooting, word=half + turned, mirrored=False)
 
 
 def _partner(

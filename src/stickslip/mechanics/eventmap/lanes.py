@@ -42,7 +42,7 @@ from stickslip.mechanics.friction.interface import STATIC_COLUMN
 from stickslip.mechanics.friction.series import LawSeries, law_series
 from stickslip.numerics.targets import config, instantiate, launch
 from stickslip.numerics.vector import LANES
-from stickslip.status import NEVER_CYCLE
+from stickslip.status import NEVER_CYCLE, OK
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
@@ -405,11 +405,9 @@ class PoolBackend(BatchBackend):
         steps = max(1, orbits.shape[1] - 1)
         while True:
             launch(task, len(orbits), self.threads, max(LANES, POOL_TILE // steps))
-            if not np.count_nonzero(outputs.status):  # nearly always
+            if not np.count_nonzero(outputs.status < OK):  # nearly always
                 return outputs
             lasting, handed = ((outputs.status == s).nonzero()[0] for s in (LASTING, HANDED_OVER))
-            if lasting.size == handed.size == 0:
-                return outputs
             for number in set(of[handed].tolist()):
                 own = handed[of[handed] == number]
                 starts = orbits[own, filled[own]]

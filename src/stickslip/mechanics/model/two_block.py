@@ -227,7 +227,7 @@ class TwoBlock(BeltModel):
 
     def _assemble(self, numbers: Mapping[str, Any]) -> Plant:
         alpha, damping = numbers["alpha"], numbers.get("damping", 0.0)
-        return Plant.on_belt(
+        return Plant.on_belt(  # 0.0 - alpha: no negative zero
             mass=np.ones(2),
             stiffness=np.array([[1.0 + alpha, 0.0 - alpha], [0.0 - alpha, 1.0 + alpha]]),
             damping=np.array([[damping, 0.0], [0.0, damping]]),

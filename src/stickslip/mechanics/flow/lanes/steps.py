@@ -326,26 +326,26 @@ class Steps:
         """Flag lanes in which a speed, or a rider's force, may turn back on the last step."""
         both, c = range(n), _OfModels(c)
         sign, rows = [load(x, SIGN[i]) for i in both], [self._kept(taken, i) for i in both]
-        extreme = self._turn(c, sign, rows, load(taken, at.LENGTH), load(x, SPEED[0]))
+        shapes = [_shape(each, load(taken, at.LENGTH)) for each in rows]
+        extreme = shapes[0].may_turn_up | shapes[-1].may_turn_up
+        if n == 1:
+            extreme = extreme | self._rider_turns(c, sign[0], rows[0], shapes[0], load(x, SPEED[0]))
         store(taken, at.FLAG, load(taken, at.FLAG) + select(extreme, float(at.EXTREME), 0.0))
 
-    def _turn(
-        self, c: Floats, sign: Sequence[Lanes], rows: Sequence[Rows], h: Lanes, speed_end: Lanes
+    def _rider_turns(
+        self, c: Floats, sign: Lanes, rows: Rows, shape: _Shape, speed_end: Lanes
     ) -> Lanes:
-        """Whether a speed may turn back within the step, or a rider's force."""
-        shapes = [_shape(each, h) for each in rows]
-        if len(rows) == 2:
-            return shapes[0].may_turn_up | shapes[1].may_turn_up
-        # A rider's force turns where its rate vanishes, which turns where the speed's does.
-        shape, (cross, drag) = shapes[0], (c[at.CROSS + 1], c[at.DRAG + 1])
-        rate = c[at.DRIFT + 1] + cross * sign[0] * rows[0][0, 0]
-        rate_end = c[at.DRIFT + 1] + cross * sign[0] * speed_end
+        """Whether a rider's force may turn back: where its rate vanishes."""
+        # The rate turns where the speed does.
+        cross, drag = c[at.CROSS + 1], c[at.DRAG + 1]
+        rate = c[at.DRIFT + 1] + cross * sign * rows[0, 0]
+        rate_end = c[at.DRIFT + 1] + cross * sign * speed_end
         monotone = shape.rises | shape.falls
         if self.damped:
-            rate = rate + drag * sign[0] * rows[0][0, 1]
-            rate_end = rate_end + drag * sign[0] * shape.end
+            rate = rate + drag * sign * rows[0, 1]
+            rate_end = rate_end + drag * sign * shape.end
             monotone = monotone & (shape.convex | shape.concave)
-        return shape.may_turn_up | (rate * rate_end < 0.0) | ~monotone
+        return (rate * rate_end < 0.0) | ~monotone
 
     # --- both -----------------------------------------------------------------------------
 
