@@ -1,5 +1,6 @@
 """Crises and band mergings against closed forms and independent solutions."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +16,7 @@ from stickslip import examples
 from stickslip.analysis.bifurcations.crisis import crises as search
 from stickslip.analysis.bifurcations.crisis.comparison import parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import CrisisSearch
+from stickslip.analysis.bifurcations.crisis.unstable_neighbours import edges_of, meetings
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.mechanics.eventmap.event_map import EventMap
@@ -65,6 +67,16 @@ def test_chaos_is_followed_to_its_end_on_the_scale_of_the_event_beside_it():
     ]
     assert values(searched.events) == pytest.approx([1.891927138650, 1.891928468096], abs=1e-11)
     assert len(searched.looks) < 10  # halvings alone end at 3.4e-6, after twelve
+
+
+def test_beside_a_band_of_no_width_orbits_are_found_too():
+    # A band that just meets a jump goes on to a band that is one point.
+    point = parameter_point(logistic, 3.6)
+    (chaos,) = point.attractors
+    edges = [replace(edge, width=0.0) for edge in edges_of(chaos, point.table)]
+    with np.errstate(all="raise"):
+        found = [meeting.x for meeting in meetings(point.fast, edges, (1, 2))]
+    assert set(np.round(found, 12)) == {round(1 - 1 / 3.6, 12)}
 
 
 CUBIC = PiecewiseMap(

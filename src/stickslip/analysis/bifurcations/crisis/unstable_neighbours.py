@@ -187,7 +187,8 @@ def _places(
     off = fast.iterate(x, tried[-1])[:, tried] - x[:, None]
     with np.errstate(invalid="ignore"):
         crossed = off[1:] * off[:-1] <= 0
-    distances = np.minimum(np.abs(x[1:] - edge.x), np.abs(x[:-1] - edge.x)) / edge.width
+    width = max(edge.width, same)  # a band that just meets a break has another of no width
+    distances = np.minimum(np.abs(x[1:] - edge.x), np.abs(x[:-1] - edge.x)) / width
     brackets = np.flatnonzero(crossed.any(axis=1))
     places: list[_Place] = []
     for k in brackets[np.argsort(distances[brackets], kind="stable")].tolist():
