@@ -67,9 +67,24 @@ def brackets_on_diagonal(pieces: Pieces, near: float) -> tuple[Brackets, list[Ne
     overlaps = (ends[0][:, -1] <= ends[1][:, 0] + touch) & (ends[1][:, -1] >= ends[0][:, 0] - touch)
     candidates = whole.take(np.where(pieces.direction > 0, overlaps, changes))
     candidates = candidates.take(_one_per_class(candidates))
+    candidates = candidates.take(~_of_shorter_period(candidates.word, pieces.laps.direction))
     rising = pieces.direction[candidates.piece] > 0
     found, near_folds = _Halving(pieces.laps, candidates.take(rising), near).run()
     return candidates.take(~rising).joined(found), near_folds
+
+
+def _of_shorter_period(word: Indices, direction: Indices) -> Bools:
+    """Tell words whose orbits repeat, by order alone: f^q is monotone where the word is v^(p/q).
+
+    A rising one moves points one way only, and so does the second power of a falling one.
+    """
+    p, found = word.shape[1], np.zeros(len(word), dtype=np.bool_)
+    for q in range(1, p // 2 + 1):
+        if p % q == 0:
+            falling = (direction[word[:, :q]] < 0).sum(axis=1) % 2 == 1
+            repeats = (np.roll(word, q, axis=1) == word).all(axis=1)
+            found |= repeats & ~(falling & (p == 2 * q))
+    return found
 
 
 def _one_per_class(candidates: Brackets) -> Indices:
