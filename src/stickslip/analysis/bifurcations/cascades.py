@@ -169,6 +169,8 @@ def _doubled(level: _Level, way: float, family: Family) -> tuple[Polished, float
     shape = np.cumprod(np.concatenate([[1.0], slopes[:-1]]))
     for share in STARTS:
         q = last.value + share * way
+        if q == last.value:  # as steep as that, floats tell no way on
+            return None
         u = math.sqrt(abs(level.slope * share * way) / coefficient) * shape
         found = _polished(family, q, np.concatenate([last.points + u, last.points - u]))
         if found is not None and _apart(found, np.abs(u).max()):

@@ -15,7 +15,7 @@ from stickslip.analysis.bifurcations.border_collision.classification import (
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
 from stickslip.analysis.bifurcations.scan.events import Event, coefficients_at
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
-from stickslip.analysis.orbits.newton import solve_orbit
+from stickslip.analysis.orbits.newton import orbit_at, solve_orbit, turned
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
@@ -62,7 +62,12 @@ def _parent_between(
     flip: Event, span: Span, side: int, family: Family
 ) -> tuple[PeriodicOrbit, ...]:
     """Return the orbit that flips, on the side where it is in no list: from a fold too close."""
-    ways = [way for other in span.events if side * (way := other.value - flip.value) > 0]
+    ways = {
+        way: other
+        for other in span.events
+        if other is not flip
+        and side * (way := other.value - flip.value) >= -other.located.error - flip.located.error
+    }
     if not ways:
         return ()
     # So close that a multiplier may be noise: the first orbit that attracts, or does most nearly.
@@ -73,6 +78,12 @@ def _parent_between(
             located.append(orbit)
             if abs(orbit.multiplier) < 1.0:
                 return (orbit,)
+    other = ways[way]
+    if other.kind == "fold" and other.period == flip.period:
+        # The parameter does not tell the two apart well enough, but points do: they part like its
+        # root, so half way between them is a quarter of the way from the fold.
+        points = 0.5 * (flip.points + turned(other.points, flip.points))
+        return (orbit_at(family.whole(flip.value + 0.75 * way), points),)
     return tuple(sorted(located, key=lambda orbit: abs(orbit.multiplier))[:1])
 
 

@@ -192,16 +192,28 @@ def polish_on(f: Map1D, guess: Floats, scale: float | None = None, **options: An
 def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
     """Solve for the orbit near guessed points, on their branches; "failed" if nothing converges."""
     found = polish_on(f, guess[None])
-    points = found.points[0]
+    quality = "located" if found.converged[0] else "failed"
+    return orbit_at(f, found.points[0], found.error[0], float(found.residual[0]), quality)
+
+
+def orbit_at(
+    f: Map1D,
+    points: Floats,
+    error: Floats | None = None,
+    residual: float | None = None,
+    quality: str = "located",
+) -> PeriodicOrbit:
+    """Describe the orbit at points that are solved for; errors are those of its values if none."""
     values = sample(f, points)
+    off = np.abs(values.value - np.roll(points, -1))
     return orbit_of(
         f,
         points,
         values.label,
         multiplier=float(values.derivative.prod()),
-        error=found.error[0],
-        residual=float(found.residual[0]),
-        quality="located" if found.converged[0] else "failed",
+        error=off if error is None else error,
+        residual=float(off.max()) if residual is None else residual,
+        quality=quality,
     )
 
 

@@ -398,8 +398,9 @@ def test_orbits_that_leave_the_window_are_no_events():
 def test_the_orbit_between_a_fold_and_a_flip_is_told_though_a_multiplier_is_noise(monkeypatch):
     noisy = {0.5: -1.1, 0.25: -0.2, 0.125: -0.3}
     family = SimpleNamespace(whole=lambda value: value)
-    flip = SimpleNamespace(value=1.0, points=np.array([1.0]))
-    span = SimpleNamespace(events=[SimpleNamespace(value=0.0), flip])
+    sharp = SimpleNamespace(error=0.0)
+    flip = SimpleNamespace(value=1.0, points=np.array([1.0]), located=sharp)
+    span = SimpleNamespace(events=[SimpleNamespace(value=0.0, located=sharp), flip])
 
     def solved(value, points):
         return SimpleNamespace(quality="located", multiplier=noisy[value])
@@ -407,6 +408,25 @@ def test_the_orbit_between_a_fold_and_a_flip_is_told_though_a_multiplier_is_nois
     monkeypatch.setattr(explain, "solve_orbit", solved)
     (orbit,) = explain._parent_between(flip, span, -1, family)
     assert abs(orbit.multiplier) < 1
+
+
+@pytest.mark.parametrize("steepness", [1e14, 1e17])
+def test_a_flip_is_told_from_a_fold_however_close(steepness):
+    """Of q + c x^2 they are at 1 / (4 c) and -3 / (4 c), and the multiplier is noise there."""
+    f = ss.PiecewiseMap(
+        lambda x, q: 0.3 + (q - 1) + steepness * (x - 0.3) ** 2,
+        (-1, 1.5),
+        parameters={"q": 1.0},
+        derivative=lambda x, q: 2 * steepness * (x - 0.3),
+    )
+    found = ss.bifurcations(f, "q", (0.999, 1.00031), max_period=1)
+    own = {item.kind: item for item in found if item.period == 1}
+    assert own["fold"].value - 1 == pytest.approx(0.25 / steepness, abs=5e-16)
+    assert own["flip"].value - 1 == pytest.approx(-0.75 / steepness, abs=5e-16)
+    (fixed,) = (orbit for orbit in own["flip"].orbits_after if orbit.period == 1)
+    assert abs(fixed.multiplier) < 1
+    assert {orbit.multiplier < -1 for orbit in own["flip"].orbits_before} >= {True}
+    assert not found.unresolved
 
 
 def test_an_orbit_that_comes_ever_closer_to_a_logarithm_meets_no_border():

@@ -4,6 +4,7 @@
 |---|---|---|
 | `Fold` | x with (f^p)'(x) = 1 | f^p(x) - x |
 | `Flip` | the periodic orbit | multiplier + 1 |
+| `SteepFlip` | x with (f^p)'(x) = -1 | f^p(x) - x |
 | `Crossing` | x where d f^p(x) / dq = 0 | (f^p)'(x) - 1 |
 | `Collision` | the border c | f^p(c-) - c or f^p(c+) - c; of several borders at once, the first |
 | `Connection` | the critical point c, the unstable orbit u | f^k(c) - u |
@@ -26,7 +27,7 @@ from stickslip.analysis.bifurcations.conditions.orbit_paths import (
     multiplier_noise,
     path_from,
     rounding,
-    slope_one,
+    where_slope_is,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd, TrackedDiscontinuity
 from stickslip.analysis.maps.protocol import Floats, Map1D, MapFamily, domain_width, sample
@@ -117,7 +118,7 @@ class Fold:
 
     def at(self, f: Map1D) -> Reading:
         """Evaluate the test function; `ConditionLost` where (f^p)' is not 1 anywhere nearby."""
-        return fold_reading(f, *slope_one(f, self.period, self.points[0]))
+        return fold_reading(f, *where_slope_is(1.0, f, self.period, self.points[0]))
 
 
 def fold_reading(f: Map1D, path: Path, curvature: float, value: float) -> Reading:
@@ -155,6 +156,17 @@ class Flip:
         """Evaluate the test function; `ConditionLost` where the orbit is gone."""
         orbit = follow_orbit(f, self.points)
         return _along_orbit(self, orbit, orbit.slope + 1.0, multiplier_noise(f, orbit))
+
+
+@part
+@dataclass(frozen=True)
+class SteepFlip(Flip):
+    """A flip so close to a fold that the multiplier is noise: f^p(x) - x where (f^p)'(x) = -1."""
+
+    def at(self, f: Map1D) -> Reading:
+        """Evaluate the test function; `ConditionLost` where (f^p)' is not -1 anywhere nearby."""
+        path, curvature, value = where_slope_is(-1.0, f, self.period, self.points[0])
+        return _along_orbit(self, path, value, rounding(f, path), curvature=curvature)
 
 
 @part

@@ -134,8 +134,8 @@ def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Path:
     return Path((*x.tolist(), float(x[0])), slopes, labels, True, float(found.error.max()))
 
 
-def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
-    """Find where f^p has slope 1 near x: path, (f^p)'' and the sharp f^p(x) - x there."""
+def where_slope_is(wanted: float, f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
+    """Find where f^p has a slope near x: path, (f^p)'' and the sharp f^p(x) - x there."""
     scale = domain_width(getattr(f, "whole", f))
     h, last = STEP * scale, math.inf
     for _ in range(MAX_NEWTON):
@@ -146,21 +146,22 @@ def slope_one(f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
                 raise
             h = max(0.1 * h, FINEST * scale)  # its branch is narrow
             continue
-        if abs(1.0 - slope) > SLOW * last:
+        if abs(wanted - slope) > SLOW * last:
             h = max(0.1 * h, FINEST * scale)  # f^p bends on a smaller scale than that
-        last = abs(1.0 - slope)
-        step = (1.0 - slope) / curvature if curvature != 0 else math.inf
+        last = abs(wanted - slope)
+        step = (wanted - slope) / curvature if curvature != 0 else math.inf
         if not abs(step) < FARTHEST * scale:
             break
         # Where f^p bends sharply even a small step matters to the value.
-        if abs(step) <= STEP * scale and abs((1.0 - slope) * step) <= SHARP * scale:
-            value = path.points[-1] - path.points[0] - 0.5 * (1.0 - slope) * step
+        if abs(step) <= STEP * scale and abs((wanted - slope) * step) <= SHARP * scale:
+            rise = wanted - 1.0 - 0.5 * (wanted - slope)  # of f^p(x) - x along the step
+            value = path.points[-1] - path.points[0] + rise * step
             # The start of the path moves a little, and its images with it.
             shifts = step * np.cumprod([1.0, *path.slopes])
             points = tuple((np.array(path.points) + shifts).tolist())
             return replace(path, points=points), curvature, value
         x += step
-    raise ConditionLost(f"the slope of f^{p} is not 1 near {x:.12g}")
+    raise ConditionLost(f"the slope of f^{p} is not {wanted:g} near {x:.12g}")
 
 
 def bend(f: Map1D, p: int, x: float, h: float) -> tuple[Path, float, float]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from stickslip.analysis.bifurcations.conditions.conditions import Collision, Flip
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, SteepFlip
+from stickslip.analysis.bifurcations.conditions.locate import NEARBY
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.bifurcations.scan.events import Suspect
 from stickslip.analysis.orbits.newton import turned
@@ -77,8 +78,9 @@ def flips_at_folds(span: Span) -> Iterator[Suspect]:
                     start = turned(event.points, orbit.points)
                     points = start + part * (orbit.points - start)
                     way = part**2 * (node.q - event.value)
-                    flip = Flip(event.period, tuple(points.tolist()))
-                    yield Suspect(flip, event.value + way, TRUST * abs(way))
+                    flip = SteepFlip(event.period, tuple(points.tolist()))
+                    reach = max(TRUST * abs(way), NEARBY * math.ulp(event.value))
+                    yield Suspect(flip, event.value + way, reach)
 
 
 def _shared_out(span: Span, node: Node, places: list[int]) -> list[list[int]]:
@@ -110,7 +112,11 @@ def _parents(event: Event, span: Span) -> tuple[set[int], set[int]]:
     if piece is not None and piece.left is not None and piece.right is not None:
         return {piece.left}, {piece.right}  # in lists that may be as far away as those of a grid
     nodes, loose = (span.left, span.right), (span.loose_left, span.loose_right)
-    places = [node.find(event.points, PARENT * node.width) for node in nodes]
+    # Beyond a fold that is as close, the other one of its two orbits may be nearer.
+    places = [
+        node.find(event.points, PARENT * node.width, lambda orbit: orbit.multiplier < 1)
+        for node in nodes
+    ]
     found = [set[int]() if place is None else {place} for place in places]
     ends = [place in one for place, one in zip(places, loose, strict=True)]
     if all(found) and ends[0] != ends[1]:

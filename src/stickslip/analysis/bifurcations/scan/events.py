@@ -15,6 +15,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
     Flip,
     Fold,
     Meeting,
+    SteepFlip,
 )
 from stickslip.analysis.bifurcations.conditions.locate import (
     NEARBY,
@@ -52,6 +53,7 @@ ROUNDING: Final = 4.0  # ulp: a value this close to an event is the event's
 SAME_PLACE: Final = 1e-5  # of the domain: points of an event found in two ways, or at a border
 REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
 CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
+NOISY: Final = 1e-3  # noise of a multiplier that tells of a fold close to a flip
 NEAR_END: Final = 1e-3  # of an orbit's way: how far its end may be from the event there
 
 EventKind: TypeAlias = Literal[
@@ -128,6 +130,7 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
             )
     except (ConditionLost, ValueError):
         return None
+    found = _sharp(found, family, within)
     if found.quality == "failed" or not within[0] <= found.value <= within[1]:
         return None
     if not math.isfinite(found.error):
@@ -154,6 +157,20 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
         return None
     kind, criticality = _sort(found, family)
     return Event(kind, found.reading.condition, found, criticality)
+
+
+def _sharp(found: Located, family: Family, within: tuple[float, float]) -> Located:
+    """Return a flip as sharp as can be: where the multiplier is noise, points tell its place."""
+    condition = found.reading.condition
+    if type(condition) is Flip and found.reading.noise > NOISY:
+        steep = SteepFlip(condition.period, condition.points)
+        better = found_near(steep, family.whole, found.value, step=found.error, within=within)
+        found = found if better is None else better
+    reading = found.reading
+    if isinstance(reading.condition, SteepFlip):  # one that says no more than the other
+        flip = Flip(reading.condition.period, reading.points)
+        found = replace(found, reading=replace(reading, condition=flip))
+    return found
 
 
 def _meets(found: Located) -> bool:

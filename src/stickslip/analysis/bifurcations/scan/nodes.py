@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -168,12 +168,17 @@ class Node:
             apart = np.abs(self.bundle.points[..., None] - corners)
             return (apart <= EXACT * self.width).any(axis=-1)
 
-    def find(self, points: Floats, tolerance: float) -> int | None:
+    def find(
+        self,
+        points: Floats,
+        tolerance: float,
+        among: Callable[[PeriodicOrbit], bool] = lambda orbit: True,
+    ) -> int | None:
         """Place in the list of the orbit nearest to points, smallest first; None if all are off."""
         off = {
             k: float(np.abs(orbit.points - points).max())
             for k, orbit in enumerate(self.orbits)
-            if orbit.period == len(points)
+            if orbit.period == len(points) and among(orbit)
         }
         nearest = min(off, key=off.__getitem__, default=None)
         return nearest if nearest is not None and off[nearest] <= tolerance else None
