@@ -15,6 +15,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
     Reading,
 )
 from stickslip.analysis.bifurcations.conditions.locate import Readings, solve, solve_near
+from stickslip.analysis.bifurcations.conditions.orbit_paths import where_slope_is
 from stickslip.analysis.branches.along.tracked import (
     ConditionLost,
     TrackedDiscontinuity,
@@ -69,6 +70,20 @@ def test_first_flips_of_the_logistic_map():
     # Bailey, Exp. Math. 2 (1993) 307: the third one is a root of a polynomial of degree 12.
     third = solve(Flip(4, orbit_of(f, 4, r=3.5)), logistic_at, 3.5, 3.56)
     assert_located(third, "3.544090359551922853615965986604804540583", 1e-12)
+
+
+@pytest.mark.parametrize("wanted", [1.0, -1.0])
+def test_a_slope_is_found_where_it_bends_within_a_billionth(wanted):
+    """A step by the mean bend over much more than that leads far off, and is taken back."""
+    width, steep = 1e-9, 1e3
+    f = PiecewiseMap(
+        lambda x: 0.3 + steep * width * np.logaddexp((x - 0.3) / width, (0.3 - x) / width),
+        (-1, 2),
+        derivative=lambda x: steep * np.tanh((x - 0.3) / width),
+    )
+    path, curvature, _ = where_slope_is(wanted, f, 1, 0.3 + 0.3 * width)
+    assert path.points[0] - 0.3 == pytest.approx(width * math.atanh(wanted / steep), abs=1e-16)
+    assert curvature == pytest.approx(steep / width, rel=1e-2)
 
 
 def test_fold_of_period_three():

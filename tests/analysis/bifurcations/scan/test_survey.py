@@ -10,7 +10,7 @@ from tests.sizes import sizes, slow
 
 import stickslip as ss
 from stickslip.analysis.bifurcations import explain
-from stickslip.analysis.bifurcations.conditions.conditions import Collision
+from stickslip.analysis.bifurcations.conditions.conditions import Collision, Flip
 from stickslip.analysis.bifurcations.scan import between, events
 from stickslip.analysis.bifurcations.scan import survey as scan
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
@@ -427,6 +427,20 @@ def test_a_flip_is_told_from_a_fold_however_close(steepness):
     assert abs(fixed.multiplier) < 1
     assert {orbit.multiplier < -1 for orbit in own["flip"].orbits_before} >= {True}
     assert not found.unresolved
+
+
+def test_a_flip_is_found_though_its_bracket_reads_another_orbit(monkeypatch):
+    """Beside a fold the other orbit may be as close: its multiplier has the sign of the end's."""
+
+    def other_orbit(*_):
+        raise ValueError("a zero between them is not certain")
+
+    monkeypatch.setattr(events, "solve", other_orbit)
+    f = examples.logistic(3.0)
+    suspect = events.Suspect(Flip(1, (0.68,)), 3.1, 0.2, bracket=(2.9, 3.1))
+    flip = events.located(suspect, Family(f, "r"), (2.9, 3.1))
+    assert flip.value == pytest.approx(3, abs=1e-14)
+    assert isinstance(flip.condition, Flip)
 
 
 def test_an_orbit_that_comes_ever_closer_to_a_logarithm_meets_no_border():

@@ -137,7 +137,7 @@ def follow_orbit(f: Map1D, points: tuple[float, ...]) -> Path:
 def where_slope_is(wanted: float, f: Map1D, p: int, x: float) -> tuple[Path, float, float]:
     """Find where f^p has a slope near x: path, (f^p)'' and the sharp f^p(x) - x there."""
     scale = domain_width(getattr(f, "whole", f))
-    h, last = STEP * scale, math.inf
+    h, last, start = STEP * scale, math.inf, x
     for _ in range(MAX_NEWTON):
         try:
             path, slope, curvature = bend(f, p, x, h)
@@ -146,15 +146,19 @@ def where_slope_is(wanted: float, f: Map1D, p: int, x: float) -> tuple[Path, flo
                 raise
             h = max(0.1 * h, FINEST * scale)  # its branch is narrow
             continue
-        if abs(wanted - slope) > SLOW * last:
+        off = wanted - slope
+        if abs(off) > SLOW * last:
             h = max(0.1 * h, FINEST * scale)  # f^p bends on a smaller scale than that
-        last = abs(wanted - slope)
-        step = (wanted - slope) / curvature if curvature != 0 else math.inf
+        if abs(off) > last:
+            x = start  # ... and this was too far
+            continue
+        last, start = abs(off), x
+        step = off / curvature if curvature != 0 else math.inf
         if not abs(step) < FARTHEST * scale:
             break
         # Where f^p bends sharply even a small step matters to the value.
-        if abs(step) <= STEP * scale and abs((wanted - slope) * step) <= SHARP * scale:
-            rise = wanted - 1.0 - 0.5 * (wanted - slope)  # of f^p(x) - x along the step
+        if abs(step) <= STEP * scale and abs(off * step) <= SHARP * scale:
+            rise = wanted - 1.0 - 0.5 * off  # of f^p(x) - x, along the step
             value = path.points[-1] - path.points[0] + rise * step
             # The start of the path moves a little, and its images with it.
             shifts = step * np.cumprod([1.0, *path.slopes])

@@ -121,17 +121,8 @@ def in_the_middle(value: float, listed: list[float]) -> bool:
 
 def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Event | None:
     """Solve for a suspect; None if nothing of that kind is there."""
-    try:
-        if suspect.bracket is not None:
-            found = solve(suspect.condition, family.whole, *suspect.bracket)
-        else:
-            found = solve_together(
-                suspect.condition, family.whole, suspect.guess, step=suspect.reach, within=within
-            )
-    except (ConditionLost, ValueError):
-        return None
-    found = _sharp(found, family, within)
-    if found.quality == "failed" or not within[0] <= found.value <= within[1]:
+    found = _solved(suspect, family, within)
+    if found is None or found.quality == "failed" or not within[0] <= found.value <= within[1]:
         return None
     if not math.isfinite(found.error):
         return None  # the test function is zero all along: an orbit that stays on a corner
@@ -159,15 +150,28 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
     return Event(kind, found.reading.condition, found, criticality)
 
 
-def _sharp(found: Located, family: Family, within: tuple[float, float]) -> Located:
-    """Return a flip as sharp as can be: where the multiplier is noise, points tell its place."""
-    condition = found.reading.condition
-    if type(condition) is Flip and found.reading.noise > NOISY:
-        steep = SteepFlip(condition.period, condition.points)
-        better = found_near(steep, family.whole, found.value, step=found.error, within=within)
-        found = found if better is None else better
-    reading = found.reading
-    if isinstance(reading.condition, SteepFlip):  # one that says no more than the other
+def _solved(suspect: Suspect, family: Family, within: tuple[float, float]) -> Located | None:
+    """Solve for what is suspected; None if it is lost."""
+    condition, at, place = suspect.condition, family.whole, (suspect.guess, suspect.reach)
+    try:
+        if suspect.bracket is not None:
+            found = solve(condition, at, *suspect.bracket)
+        else:
+            found = solve_together(condition, at, place[0], step=place[1], within=within)
+    except (ConditionLost, ValueError):
+        found = None
+    if type(condition) is Flip:
+        # Beside a fold the multiplier is noise, or that of the other orbit: points tell the place.
+        points = None
+        if found is not None and found.reading.noise > NOISY:
+            points, place = found.reading.points, (found.value, found.error)
+        elif suspect.bracket is not None and (found is None or found.quality == "failed"):
+            points = condition.points
+        if points is not None:
+            steep = SteepFlip(condition.period, points)
+            found = found_near(steep, at, place[0], step=place[1], within=within) or found
+    if found is not None and isinstance(found.reading.condition, SteepFlip):
+        reading = found.reading  # a flip as any other from here on
         flip = Flip(reading.condition.period, reading.points)
         found = replace(found, reading=replace(reading, condition=flip))
     return found
@@ -257,8 +261,9 @@ def flips_on(piece: Piece) -> list[Suspect]:
             continue  # the zero at a sample belongs to the span before it
         nearest = k if abs(test[k]) < abs(test[k + 1]) else k + 1
         condition = Flip(piece.period, tuple(piece.points[nearest].tolist()))
-        bracket = float(piece.values[k]), float(piece.values[k + 1])
-        found.append(Suspect(condition, bracket=bracket))
+        low, high = float(piece.values[k]), float(piece.values[k + 1])
+        start = float(piece.values[nearest])
+        found.append(Suspect(condition, start, high - low, bracket=(low, high)))
     return found
 
 
