@@ -149,7 +149,7 @@ class TrackedDiscontinuity:
         if reading is None:
             if self.labelled and not successors:
                 raise ConditionLost(f"the {self.kind} at {self.x:.12g} is gone")
-            reading = _beside_crowd(whole, self) or _by_table(whole, self)
+            reading = _beside_crowd(whole, self) or _by_table(whole, self, self.reach)
         lo, hi = f.domain
         if not lo <= reading.x <= hi:
             raise ConditionLost(f"the {self.kind} at {reading.x:.12g} has left the window")
@@ -312,9 +312,10 @@ def _nodes(*seen: Seen) -> Nodes:
     )
 
 
-def _by_table(f: Map1D, border: TrackedDiscontinuity) -> CriticalReading:
+@remembered
+def _by_table(f: Map1D, border: TrackedDiscontinuity, reach: float) -> CriticalReading:
     """Find the nearest break that may have taken a border's place, in the table of a window."""
-    half = max(WINDOW * domain_width(f), WIDER * border.reach)
+    half = max(WINDOW * domain_width(f), WIDER * reach)
     successors = _successors(f, border, half)
     # Where labels tell nothing, every search begins here, however far the break has moved.
     while not successors and not border.labelled and half < domain_width(f):
