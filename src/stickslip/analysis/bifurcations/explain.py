@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from stickslip.analysis.bifurcations.bifurcation import Bifurcation, bifurcation_of
 from stickslip.analysis.bifurcations.border_collision.classification import (
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.nodes import Family
     from stickslip.analysis.bifurcations.scan.tracking import Span
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-
-TOWARDS: Final = (0.5, 0.75, 0.875)  # of the way from a flip to what is next: its orbit's places
-
 
 # ------------------------------------------------------------------ a bifurcation
 
@@ -62,29 +59,23 @@ def _parent_between(
     flip: Event, span: Span, side: int, family: Family
 ) -> tuple[PeriodicOrbit, ...]:
     """Return the orbit that flips, on the side where it is in no list: from a fold too close."""
-    ways = {
+    folds = {
         way: other
         for other in span.events
-        if other is not flip
+        if other.kind == "fold"
+        and other.period == flip.period
         and side * (way := other.value - flip.value) >= -other.located.error - flip.located.error
     }
-    if not ways:
+    if not folds:
         return ()
-    # So close that a multiplier may be noise: the first orbit that attracts, or does most nearly.
-    way, located = min(ways, key=abs), []
-    for share in TOWARDS:
-        orbit = solve_orbit(family.whole(flip.value + share * way), flip.points)
-        if orbit.quality == "located":
-            located.append(orbit)
-            if abs(orbit.multiplier) < 1.0:
-                return (orbit,)
-    other = ways[way]
-    if other.kind == "fold" and other.period == flip.period:
-        # The parameter does not tell the two apart well enough, but points do: they part like its
-        # root, so half way between them is a quarter of the way from the fold.
-        points = 0.5 * (flip.points + turned(other.points, flip.points))
-        return (orbit_at(family.whole(flip.value + 0.75 * way), points),)
-    return tuple(sorted(located, key=lambda orbit: abs(orbit.multiplier))[:1])
+    way = min(folds, key=abs)
+    # Multipliers leave 1 like the root of the way from a fold, so half way there in points is
+    # three quarters of the way in the parameter, and attracts.
+    points = 0.5 * (flip.points + turned(folds[way].points, flip.points))
+    f = family.whole(flip.value + 0.75 * way)
+    orbit = solve_orbit(f, points)
+    solved = orbit.quality == "located" and abs(orbit.multiplier) < 1.0
+    return (orbit if solved else orbit_at(f, points),)  # so close, a solution may be noise
 
 
 def with_attractors(

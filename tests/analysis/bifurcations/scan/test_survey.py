@@ -9,7 +9,6 @@ from tests.analysis import known_maps as examples
 from tests.sizes import sizes, slow
 
 import stickslip as ss
-from stickslip.analysis.bifurcations import explain
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Flip
 from stickslip.analysis.bifurcations.scan import between, events
 from stickslip.analysis.bifurcations.scan import survey as scan
@@ -393,21 +392,6 @@ def test_orbits_that_leave_the_window_are_no_events():
     (ending,) = [ending for span in survey.spans for ending in span.endings]
     assert ending.reason == "end of domain"
     assert ending.piece.values[-1] == pytest.approx(10 / 3, rel=1e-14)
-
-
-def test_the_orbit_between_a_fold_and_a_flip_is_told_though_a_multiplier_is_noise(monkeypatch):
-    noisy = {0.5: -1.1, 0.25: -0.2, 0.125: -0.3}
-    family = SimpleNamespace(whole=lambda value: value)
-    sharp = SimpleNamespace(error=0.0)
-    flip = SimpleNamespace(value=1.0, points=np.array([1.0]), located=sharp)
-    span = SimpleNamespace(events=[SimpleNamespace(value=0.0, located=sharp), flip])
-
-    def solved(value, points):
-        return SimpleNamespace(quality="located", multiplier=noisy[value])
-
-    monkeypatch.setattr(explain, "solve_orbit", solved)
-    (orbit,) = explain._parent_between(flip, span, -1, family)
-    assert abs(orbit.multiplier) < 1
 
 
 @pytest.mark.parametrize("steepness", [1e14, 1e17])
