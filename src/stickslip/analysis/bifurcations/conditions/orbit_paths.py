@@ -147,15 +147,7 @@ def where_slope_is(wanted: float, f: Map1D, p: int, x: float) -> tuple[Path, flo
             h = max(0.1 * h, FINEST * scale)  # its branch is narrow
             continue
         off = wanted - slope
-        if abs(off) > SLOW * last:
-            h = max(0.1 * h, FINEST * scale)  # f^p bends on a smaller scale than that
-        if abs(off) > last:
-            x = start  # ... and this was too far
-            continue
-        last, start = abs(off), x
         step = off / curvature if curvature != 0 else math.inf
-        if not abs(step) < FARTHEST * scale:
-            break
         # Where f^p bends sharply even a small step matters to the value.
         if abs(step) <= STEP * scale and abs(off * step) <= SHARP * scale:
             rise = wanted - 1.0 - 0.5 * off  # of f^p(x) - x, along the step
@@ -164,6 +156,14 @@ def where_slope_is(wanted: float, f: Map1D, p: int, x: float) -> tuple[Path, flo
             shifts = step * np.cumprod([1.0, *path.slopes])
             points = tuple((np.array(path.points) + shifts).tolist())
             return replace(path, points=points), curvature, value
+        if abs(off) > SLOW * last:
+            h = max(0.1 * h, FINEST * scale)  # f^p bends on a smaller scale than that
+        if abs(off) > last:
+            x = start  # ... and this was too far
+            continue
+        if not abs(step) < FARTHEST * scale:
+            break
+        last, start = abs(off), x
         x += step
     raise ConditionLost(f"the slope of f^{p} is not {wanted:g} near {x:.12g}")
 
