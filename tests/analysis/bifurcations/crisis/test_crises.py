@@ -14,7 +14,7 @@ from tests.sizes import slow
 import stickslip as ss
 from stickslip import examples
 from stickslip.analysis.bifurcations.crisis import crises as search
-from stickslip.analysis.bifurcations.crisis.comparison import parameter_point
+from stickslip.analysis.bifurcations.crisis.comparison import _is_paired, parameter_point
 from stickslip.analysis.bifurcations.crisis.crises import CrisisSearch
 from stickslip.analysis.bifurcations.crisis.unstable_neighbours import edges_of, meetings
 from stickslip.analysis.maps.derived import WindowMap
@@ -393,3 +393,15 @@ def test_chaos_after_the_cascade_of_s1():
     assert values(simple)[-3:] == pytest.approx(
         [1.2158032077116, 1.2159799290608, 1.2169001602016], abs=1e-12
     )
+
+
+@pytest.mark.parametrize(
+    ("r", "period", "doubled"), [(3.566, 16, True), (3.55, 8, True), (3.9605, 4, False)]
+)
+def test_cycles_of_a_cascade_lie_two_by_two_and_those_of_a_window_do_not(r, period, doubled):
+    x = 0.5
+    for _ in range(100_000):
+        x = r * x * (1 - x)
+    points = logistic(r).iterate(np.array([x]), period)[0]
+    assert abs(points[-1] - points[0]) < 1e-9
+    assert _is_paired(points[:-1], 1) == doubled

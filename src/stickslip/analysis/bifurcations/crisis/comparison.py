@@ -19,7 +19,7 @@ from stickslip.analysis.interpolation.interpolated import InterpolatedMap, inter
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor, AttractorList
     from stickslip.analysis.bifurcations.conditions.locate import MapAt
-    from stickslip.analysis.maps.protocol import Map1D
+    from stickslip.analysis.maps.protocol import Floats, Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
 
 CrisisKind: TypeAlias = Literal["boundary_crisis", "interior_crisis", "band_merging"]
@@ -54,6 +54,35 @@ class Change:
         """Of the longer period to the shorter, here and there; 0 if what is there has none."""
         there = self.period_there
         return ratio_of(there, self.attractor.period) if there else Fraction(0)
+
+    @property
+    def is_of_doublings(self) -> bool:
+        """Whether the longer one follows from the shorter by doublings, as in a cascade."""
+        if self.partner is None or not is_of_doublings(self.ratio):
+            return False
+        orbit = self.partner.orbit
+        return orbit is None or _is_paired(orbit.points, self.attractor.period)
+
+
+def _is_paired(points: Floats, turns: int) -> bool:
+    """Tell whether points of a cycle lie two by two, and so do the pairs, down to some turns.
+
+    Points that a flip parts are neighbours for ever: a branch never meets itself. Those of a window
+    in chaos may be as many, but are not.
+    """
+    while (n := len(points)) > turns:
+        ranks, half = np.argsort(np.argsort(points)), n // 2
+        pairs = [(ranks + shift) % n // 2 for shift in (0, 1)]  # also across the cut of a circle
+        if not any((pair[:half] == pair[half:]).all() for pair in pairs):
+            return False
+        points = points[:half]
+    return True
+
+
+def is_of_doublings(ratio: Fraction) -> bool:
+    """Tell whether periods of a ratio, at least one, follow from each other by doublings."""
+    turns = ratio.numerator
+    return ratio.denominator == 1 and turns & (turns - 1) == 0
 
 
 def ratio_of(one: int, two: int) -> Fraction:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from functools import partial
 from heapq import heappop, heappush
 from itertools import chain, islice
@@ -25,6 +24,7 @@ from stickslip.analysis.bifurcations.crisis.comparison import (
     CrisisKind,
     ParameterPoint,
     changes,
+    is_of_doublings,
     kind_of_change,
     parameter_point,
     partner_of,
@@ -144,12 +144,6 @@ def _leaves(
     return bands is None or not bands.contains(orbit[np.isfinite(orbit)]).any()
 
 
-def _is_of_doublings(ratio: Fraction) -> bool:
-    """Tell whether periods of a ratio, at least one, follow from each other by doublings."""
-    turns = ratio.numerator
-    return ratio.denominator == 1 and turns & (turns - 1) == 0
-
-
 class CrisisSearch:
     """A search for crises and band mergings, the widest of the intervals that wait first.
 
@@ -215,7 +209,7 @@ class CrisisSearch:
             for periods, others in ((one, two), (two, one))
             for period in periods - others
             if period > self.max_period
-            and not any(_is_of_doublings(ratio_of(period, other)) for other in others)
+            and not any(is_of_doublings(ratio_of(period, other)) for other in others)
         ]
 
     def _explain(self, left: ParameterPoint, right: ParameterPoint, smallest: float) -> None:
@@ -300,22 +294,23 @@ class CrisisSearch:
         if not change.certain:
             return np.inf
         asked = may_be_asked(change.attractor.lowest_period, self.max_period)
-        return 1.0 if asked and not self._in_long_window(change.ratio) else UNLIKELY
+        return 1.0 if asked and not self._in_long_window(change) else UNLIKELY
 
-    def _in_long_window(self, ratio: Fraction) -> bool:
-        """Whether periods of a ratio are those of chaos and of a window in it, of many turns."""
-        return ratio.denominator == 1 and ratio > self.max_period and not _is_of_doublings(ratio)
+    def _in_long_window(self, change: Change) -> bool:
+        """Whether periods are those of chaos and of a window in it, of many turns."""
+        whole = change.ratio.denominator == 1 and change.ratio > self.max_period
+        return whole and not change.is_of_doublings
 
     def _ends_in_window(self, change: Change) -> bool:
         """Whether what is there instead is of a window, of this chaos or of other."""
         longer = change.period_there > change.attractor.period
-        apart = change.ratio.denominator > 1 or self._in_long_window(change.ratio)
+        apart = change.ratio.denominator > 1 or self._in_long_window(change)
         return longer and apart
 
     def _merges(self, change: Change) -> bool:
         """Whether bands merge between: no more than the last ones of a cascade may be left out."""
         asked = may_be_asked(change.attractor.lowest_period, self.max_period)
-        apart = change.ratio.denominator > 1 or _is_of_doublings(change.ratio)
+        apart = change.ratio.denominator > 1 or change.is_of_doublings
         return change.certain and asked and change.ratio > 1 and apart
 
     def _event(self, change: Change, beside: float, narrow: bool) -> CrisisEvent | None:
