@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -69,10 +70,10 @@ def _parent_between(
     if not folds:
         return ()
     way = min(folds, key=abs)
-    # Multipliers leave 1 like the root of the way from a fold, so half way there in points is
-    # three quarters of the way in the parameter, and attracts.
-    points = 0.5 * (flip.points + turned(folds[way].points, flip.points))
-    f = family.whole(flip.value + 0.75 * way)
+    # Half way; points and multipliers leave a fold like the root of the parameter.
+    start = turned(folds[way].points, flip.points)
+    points = start + math.sqrt(0.5) * (flip.points - start)
+    f = family.whole(flip.value + 0.5 * way)
     orbit = solve_orbit(f, points)
     solved = orbit.quality == "located" and abs(orbit.multiplier) < 1.0
     return (orbit if solved else orbit_at(f, points),)  # so close, a solution may be noise
