@@ -16,7 +16,7 @@ from stickslip.analysis.bifurcations.border_collision.classification import (
 from stickslip.analysis.bifurcations.conditions.conditions import Collision, Crossing
 from stickslip.analysis.bifurcations.scan.events import Event, coefficients_at
 from stickslip.analysis.branches.along.tracked import ConditionLost, CriticalReading
-from stickslip.analysis.orbits.newton import orbit_at, solve_orbit, turned
+from stickslip.analysis.orbits.newton import orbit_through, solve_orbit, turned
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.crisis.comparison import ParameterPoint
@@ -76,7 +76,7 @@ def _parent_between(
     f = family.whole(flip.value + 0.5 * way)
     orbit = solve_orbit(f, points)
     solved = orbit.quality == "located" and abs(orbit.multiplier) < 1.0
-    return (orbit if solved else orbit_at(f, points),)  # so close, a solution may be noise
+    return (orbit if solved else orbit_through(f, points),)  # so close, a solution may be noise
 
 
 def with_attractors(

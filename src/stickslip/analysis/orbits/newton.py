@@ -193,10 +193,10 @@ def solve_orbit(f: Map1D, guess: Floats) -> PeriodicOrbit:
     """Solve for the orbit near guessed points, on their branches; "failed" if nothing converges."""
     found = polish_on(f, guess[None])
     quality = "located" if found.converged[0] else "failed"
-    return orbit_at(f, found.points[0], found.error[0], float(found.residual[0]), quality)
+    return orbit_through(f, found.points[0], found.error[0], float(found.residual[0]), quality)
 
 
-def orbit_at(
+def orbit_through(
     f: Map1D,
     points: Floats,
     error: Floats | None = None,

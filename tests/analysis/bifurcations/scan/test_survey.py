@@ -409,7 +409,7 @@ def test_a_flip_is_told_from_a_fold_however_close(steepness):
     assert own["flip"].value - 1 == pytest.approx(-0.75 / steepness, abs=5e-16)
     (fixed,) = (orbit for orbit in own["flip"].orbits_after if orbit.period == 1)
     assert abs(fixed.multiplier) < 1
-    assert {orbit.multiplier < -1 for orbit in own["flip"].orbits_before} >= {True}
+    assert any(orbit.multiplier < -1 for orbit in own["flip"].orbits_before)
     assert not found.unresolved
 
 

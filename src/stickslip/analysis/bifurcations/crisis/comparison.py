@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractors import MAX_PERIOD, attractors_of
 from stickslip.analysis.attractors.bands import common
-from stickslip.analysis.bifurcations.accounting import Look
+from stickslip.analysis.bifurcations.accounting import Look, of_cascade
 from stickslip.analysis.branches.table import BranchTable, branch_table
 from stickslip.analysis.interpolation.interpolated import InterpolatedMap, interpolated_map
 
@@ -81,8 +81,7 @@ def _is_paired(points: Floats, turns: int) -> bool:
 
 def is_of_doublings(ratio: Fraction) -> bool:
     """Tell whether periods of a ratio, at least one, follow from each other by doublings."""
-    turns = ratio.numerator
-    return ratio.denominator == 1 and turns & (turns - 1) == 0
+    return ratio.denominator == 1 and of_cascade(ratio.numerator, 1)
 
 
 def ratio_of(one: int, two: int) -> Fraction:

@@ -18,6 +18,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import (
     SteepFlip,
 )
 from stickslip.analysis.bifurcations.conditions.locate import (
+    ABOVE_NOISE,
     NEARBY,
     found_near,
     solve,
@@ -53,7 +54,6 @@ ROUNDING: Final = 4.0  # ulp: a value this close to an event is the event's
 SAME_PLACE: Final = 1e-5  # of the domain: points of an event found in two ways, or at a border
 REPEATS: Final = 1e-4  # of the domain: an orbit that closes up so far at a fold is at a flip
 CLOSING: Final = 0.02  # of the domain: an orbit so close to one of half its period may end there
-NOISY: Final = 1e-3  # noise of a multiplier that tells of a fold close to a flip
 NEAR_END: Final = 1e-3  # of an orbit's way: how far its end may be from the event there
 
 EventKind: TypeAlias = Literal[
@@ -152,24 +152,25 @@ def located(suspect: Suspect, family: Family, within: tuple[float, float]) -> Ev
 
 def _solved(suspect: Suspect, family: Family, within: tuple[float, float]) -> Located | None:
     """Solve for what is suspected; None if it is lost."""
-    condition, at, place = suspect.condition, family.whole, (suspect.guess, suspect.reach)
+    condition, at = suspect.condition, family.whole
+    guess, reach = suspect.guess, suspect.reach
     try:
         if suspect.bracket is not None:
             found = solve(condition, at, *suspect.bracket)
         else:
-            found = solve_together(condition, at, place[0], step=place[1], within=within)
+            found = solve_together(condition, at, guess, step=reach, within=within)
     except (ConditionLost, ValueError):
         found = None
     if type(condition) is Flip:
         # Beside a fold the multiplier is noise, or that of the other orbit: points tell the place.
         points = None
-        if found is not None and found.reading.noise > NOISY:
-            points, place = found.reading.points, (found.value, found.error)
+        if found is not None and found.reading.noise > 1 / ABOVE_NOISE:
+            points, guess, reach = found.reading.points, found.value, found.error
         elif suspect.bracket is not None and (found is None or found.quality == "failed"):
             points = condition.points
         if points is not None:
             steep = SteepFlip(condition.period, points)
-            found = found_near(steep, at, place[0], step=place[1], within=within) or found
+            found = found_near(steep, at, guess, step=reach, within=within) or found
     if found is not None and isinstance(found.reading.condition, SteepFlip):
         reading = found.reading  # a flip as any other from here on
         flip = Flip(reading.condition.period, reading.points)
