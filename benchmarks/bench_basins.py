@@ -8,7 +8,8 @@ from benchmarks.c_code import COMPILER, library
 from benchmarks.measure import CPU, in_turns
 
 import stickslip as ss
-from stickslip.analysis.attractors.in_space.fates import HITS, cells_of, fates
+from stickslip.analysis.attractors.in_space.fates import cells_of, fates
+from stickslip.analysis.scales import IN_A_ROW
 
 TABLE = "Basins of the Henon map, 1000 x 1000 starts, against a C loop written for it"
 SIDE = 1000
@@ -32,7 +33,7 @@ def loop_in_c(f, cells, x):
         ctypes.c_long(len(x)),
         *(ctypes.c_void_p(x.ctypes.data), a, b, box, held, per_cell),
         *(ctypes.c_long(int(cells.counts[1])), ctypes.c_void_p(marked.ctypes.data)),
-        *(ctypes.c_long(HITS), ctypes.c_long(MAX_STEPS), ctypes.c_void_p(fate.ctypes.data)),
+        *(ctypes.c_long(IN_A_ROW), ctypes.c_long(MAX_STEPS), ctypes.c_void_p(fate.ctypes.data)),
     )
     return fate
 

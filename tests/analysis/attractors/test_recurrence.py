@@ -12,7 +12,6 @@ from tests.sizes import tries
 from stickslip.analysis.attractors.recurrence import (
     NEUTRAL,
     ROUNDING,
-    TWIN,
     capture_radius,
     confirmed,
     promising,
@@ -21,6 +20,7 @@ from stickslip.analysis.attractors.search import AttractorSearch
 from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import advance
+from stickslip.analysis.scales import CLOSE
 
 MOVED = 0.02
 
@@ -57,7 +57,7 @@ def test_a_capture_radius_is_the_first_of_the_halved_ones_that_comes_closer(r, p
     cycle = confirmed(f, advance(f, np.array([0.5]), 3000)[0, -period:])
     assert cycle.stable
     share = 0.5 * (1 + max(abs(cycle.multiplier), 0.5))
-    turns, radius = math.ceil(math.log(TWIN) / math.log(share)), 0.02
+    turns, radius = math.ceil(math.log(CLOSE) / math.log(share)), 0.02
     beside = np.array([-1.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6, 1.0])
     while True:
         x = np.clip(cycle.points[0] + radius * beside, 0.0, 1.0)

@@ -18,10 +18,11 @@ from tests.analysis.known_maps import (
 
 from stickslip import examples
 from stickslip.analysis.branches.table import branch_table
-from stickslip.analysis.interpolation.interpolated import FIT, interpolated_map, stand_in
+from stickslip.analysis.interpolation.interpolated import interpolated_map, stand_in
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.piecewise_map import PiecewiseMap
 from stickslip.analysis.maps.protocol import Map1D, iterate, sample
+from stickslip.analysis.scales import FINE
 from stickslip.mechanics.eventmap.event_map import EventMap
 from stickslip.status import OK
 
@@ -76,7 +77,7 @@ def test_errors_are_what_is_estimated_and_small(pair):
     ok = true.status == OK
     assert np.array_equal(found.status == OK, ok)
     off = np.abs(true.value - found.value)[ok]
-    assert fast.error <= LUCK * FIT * fast.table.laps.value_scale
+    assert fast.error <= LUCK * FINE * fast.table.laps.value_scale
     assert off.max() <= LUCK * fast.error + 1e-15
     assert np.array_equal(found.label[ok], true.label[ok])
     slopes = np.abs(true.derivative[ok])
@@ -125,7 +126,7 @@ def test_a_smooth_map_is_met_to_its_accuracy(bend):
     f = wavy(bend)
     fast = interpolated_map(branch_table(f))
     x = np.random.default_rng(3).uniform(0, 2, 500)
-    assert fast.error <= LUCK * FIT * fast.table.laps.value_scale
+    assert fast.error <= LUCK * FINE * fast.table.laps.value_scale
     assert np.abs(f(x) - fast.evaluate(x).value).max() <= LUCK * fast.error + 1e-15
 
 

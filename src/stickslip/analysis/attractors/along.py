@@ -13,14 +13,15 @@ import numpy as np
 from stickslip.analysis.attractors.bands import APART
 from stickslip.analysis.attractors.recurrence import (
     RECURRING,
-    SAME_POINT,
     SETTLED,
     confirmed,
     recurrences,
     same_cycle,
 )
 from stickslip.analysis.exponents.blocking import LONGEST_CYCLE
+from stickslip.analysis.maps.differences import LIKE
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
+from stickslip.analysis.scales import HALF_DIGITS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,16 +30,15 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Map1D
     from stickslip.analysis.maps.side_by_side import Asking
 
-SHORT_BLOCK: Final = 16  # steps that lead back to an attractor that has changed a little
 BLOCKS: Final = (24, 48, 96, 160)  # steps after which orbits of critical points are looked at
-WITH: Final = 16  # last steps of an orbit, most of them inside a motion: it is with that
+WITH: Final = 16  # steps that lead back to an attractor that has changed a little; an orbit is with
+# the motion that most of its last ones are inside
 LONG: Final = (1024, 4096)  # steps in which a contracting motion must show its period
 NEAR: Final = 5e-3  # of the domain's width: an orbit this close to a cycle that comes closer ...
 ROUNDS: Final = 6  # ... in each of so many rounds is captured
 TOLD: Final = 48  # last steps that tell a motion, by slopes, or if all are in one direction ...
 SHORT_PERIODS: Final = 4  # ... for a period up to this, an orbit is still on its way
 SIGMAS: Final = 3.0  # errors by which the mean of log |f'| must exceed 0 at first
-FLAT: Final = 1e-3  # a smaller mean is none
 TRIES: Final = 6  # periods proposed by an orbit that Newton's method tries
 MOST_MOTIONS: Final = 8  # at one value
 SPARSE: Final = 12.0  # mean gaps between iterates: wider ones are gaps between bands
@@ -138,7 +138,7 @@ class _Look:
         """Find the cycles of the last map in this one; identify what became of the others."""
         rest = [m for m in motions if m.kind != "periodic" or not self._add_cycle(m.points)]
         for motion in rest:
-            tail = yield self.f, motion.points[-1:], SHORT_BLOCK
+            tail = yield self.f, motion.points[-1:], WITH
             if np.isfinite(tail[0, -1]):
                 was_chaotic = motion.kind == "chaotic"
                 yield from self._identify(tail, self.iterates, was_chaotic=was_chaotic)
@@ -226,11 +226,12 @@ class _Look:
             near = RECURRING if exponent <= 0.0 else SETTLED  # slopes speak against it
             if self._settled(tail[0], near * self.width):
                 return number if len(self.found) > number else CYCLE
-            least = FLAT if was_chaotic else max(FLAT, SIGMAS * error)
+            # A smaller mean is none: slopes are like 1.
+            least = LIKE if was_chaotic else max(LIKE, SIGMAS * error)
             if exponent > least and not _slow_approach(tail[0]):
                 kind: AttractorKind = "chaotic"
                 break
-            if more in LONG and exponent <= FLAT and self._crawls(tail[0]):
+            if more in LONG and exponent <= LIKE and self._crawls(tail[0]):
                 return CYCLE
         else:
             kind = "undecided"
@@ -265,7 +266,7 @@ class _Look:
         cycle = confirmed(self.f, points, RECURRING)
         if cycle is None or not cycle.stable:
             return False
-        near = SAME_POINT * self.width
+        near = HALF_DIGITS * self.width
         if not any(same_cycle(cycle.points, other, near) for other in self._all_cycles()):
             self.found.append(Motion("periodic", cycle.points, cycle.exponent))
         return True

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, overload
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorList, AttractorListND
+from stickslip.analysis.attractors.bands import LONGEST
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.attractors.recurrence import attracts, confirmed
 from stickslip.analysis.attractors.search import AttractorSearch
@@ -16,6 +17,7 @@ from stickslip.analysis.interpolation.interpolated import interpolated_map
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import Floats, Map1D, MapND, Modelled, checked_points
 from stickslip.analysis.orbits.orbit import PeriodicOrbit
+from stickslip.analysis.scales import RECOGNISED
 from stickslip.analysis.work import Work
 from stickslip.checks import (
     MOST_KEPT,
@@ -37,8 +39,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.laps import Laps
 
 N_STARTS: Final = 64
-MAX_PERIOD: Final = 64  # of cycles that are recognised
-LONGEST: Final = 128  # period that `attractors_of` recognises: costs next to nothing there
+MAX_PERIOD: Final = RECOGNISED  # of cycles that are recognised
 MAX_STEPS: Final = 20_000  # after which a motion counts as undecided
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.analysis.branches.mesh import RESOLUTION
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
+from stickslip.analysis.scales import BLOCK
 from stickslip.numerics.arrays import interval_of
 
 if TYPE_CHECKING:
@@ -25,12 +26,10 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
 APART: Final = RESOLUTION  # of the domain's width: closer bands are one; no table knows better
-ALONE: Final = 256  # images of an interval before they are joined
-STAYS: Final = 64  # maps of the whole before another interval is tried
 MAX_STEPS: Final = 2000  # from then on
 AHEAD: Final = 64  # images of an interval that are looked at together
 MAX_INTERVALS: Final = 2048
-MAX_PERIOD: Final = 128
+LONGEST: Final = 128  # period that is recognised: costs next to nothing
 GROWING: Final = f"an interval of the orbit was still growing after {MAX_STEPS} steps"
 NARROW: Final = "the bands are narrower than can be told"
 UNEXPLAINED: Final = "not an early image of a breakpoint or turning point"
@@ -119,7 +118,7 @@ def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:
     to the bands, and that stays for long.
     """
     slack = SAME * domain_width(f)
-    alone = whole = _repeated(f, laps, intervals[:1], slack, ALONE)
+    alone = whole = _repeated(f, laps, intervals[:1], slack, BLOCK)
     for current in (alone.intervals, *intervals[1:, None]):
         # What only leads to the bands is left behind: the whole is mapped, too, until it stays.
         if whole.reason != GROWING:
@@ -127,7 +126,7 @@ def grow(f: Map1D, laps: Laps, intervals: Floats) -> Bands:
         union, reason = _covered(f, laps, current, slack)
         if reason:
             return replace(alone, intervals=union, reason=reason)
-        whole = _repeated(f, laps, union, slack, STAYS)
+        whole = _repeated(f, laps, union, slack, AHEAD)
     if whole.reason == GROWING:
         whole = _repeated(f, laps, whole.intervals, slack, MAX_STEPS)
     if not whole.period:
@@ -150,7 +149,7 @@ def _repeated(f: Map1D, laps: Laps, current: Floats, slack: float, steps: int) -
             return Bands(current, 0, np.inf, (), reason)
         alike = sizes == len(current)
         alike &= np.abs(totals - current.sum()) <= slack * current.size
-        alike[: max(len(past) - MAX_PERIOD, 0)] = False
+        alike[: max(len(past) - LONGEST, 0)] = False
         for k in np.flatnonzero(alike)[::-1]:
             if np.all(np.abs(past[k] - current) <= slack):
                 parts = np.concatenate(past[k:])

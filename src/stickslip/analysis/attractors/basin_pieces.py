@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from stickslip.analysis.attractors.bands import end_values, image, inside, merged
-from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED
+from stickslip.analysis.attractors.in_space.fates import LEFT, UNDECIDED, UNFOLLOWED
 from stickslip.analysis.attractors.recurrence import (
     Cycle,
     capture_radius,
@@ -21,6 +21,7 @@ from stickslip.analysis.attractors.recurrence import (
 )
 from stickslip.analysis.branches.pieces import runs
 from stickslip.analysis.maps.protocol import EXACT, SAME, advance, domain_width, values_and_slopes
+from stickslip.analysis.scales import BLOCK, HALVINGS, NEARBY, RECOGNISED
 from stickslip.results.parts import part
 
 if TYPE_CHECKING:
@@ -32,15 +33,12 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Integers, Map1D
 
 
-GROWTHS: Final = 16  # radii that a trap is widened to, each half of the one before
-MAX_STEPS: Final = 256  # on the way into a trap
-MAX_ORDER: Final = 64  # preimages that are recognised
 MAX_PERIOD: Final = 16  # unstable orbits that are recognised
 RECURS: Final = 1e-5  # of the domain's width: an edge's orbit this close to recurring is tried
-VAGUE: Final = 1e-3  # of the domain's width: beyond this error an orbit tells nothing
 MAX_SLIVERS: Final = 2000  # edges that are followed; more occur only among interwoven basins
 
-LOST: Final = -3  # where motions are given up, or come there: as decided as it ever will be
+# Where motions are given up, or come there: as decided as it ever will be.
+LOST: Final = UNFOLLOWED
 
 Source = Literal["orbit", "breakpoint", "gap", "domain", "unresolved"]
 
@@ -169,8 +167,8 @@ def _grown(f: Map1D, table: Laps, cycle: Cycle, trap: Floats) -> Floats:
     low, high = f.domain
     period, lasting = cycle.period, min(max(abs(cycle.multiplier), 0.1), 0.999)
     passes = np.log(np.diff(trap).min() / (high - low)) / np.log(lasting)
-    steps = period * int(np.ceil(min(passes, MAX_STEPS / period)))
-    reach = np.outer([-1.0, 1.0], 0.5 ** np.arange(1, GROWTHS + 1)).ravel() * (high - low)
+    steps = period * int(np.ceil(min(passes, BLOCK / period)))
+    reach = np.outer([-1.0, 1.0], 0.5 ** np.arange(1, HALVINGS + 1)).ravel() * (high - low)
     number = np.repeat(np.arange(period), len(reach))
     ends = (cycle.points[:, None] + reach).ravel()
     chosen = (ends > low) & (ends < high)
@@ -357,7 +355,7 @@ def _sliver_causes(
 ) -> Iterator[tuple[int, float, EdgeCause]]:
     """Follow the slivers: those whose orbit reaches an unstable cycle are its preimages."""
     middle, width = 0.5 * (low + high)[slivers], (high - low)[slivers]
-    orbits = advance(f, middle, MAX_ORDER + MAX_PERIOD)
+    orbits = advance(f, middle, RECOGNISED + MAX_PERIOD)
     slopes = np.abs(values_and_slopes(f, orbits[:, :-1])[1])
     growth = np.hstack([np.ones((len(middle), 1)), np.cumprod(slopes, axis=1)])
     errors = SAME * domain_width(f) + 0.5 * width[:, None] * growth
@@ -371,8 +369,9 @@ def _sliver_causes(
 
 def _orbit_cause(f: Map1D, orbit: Floats, error: Floats, known: list[Cycle]) -> EdgeCause | None:
     """Find the unstable orbit that an edge's orbit follows, and when it has reached it."""
-    for order in range(MAX_ORDER):
-        if not np.isfinite(orbit[order + MAX_PERIOD]) or error[order] > VAGUE * domain_width(f):
+    for order in range(RECOGNISED):
+        # Beyond so large an error an orbit tells nothing.
+        if not np.isfinite(orbit[order + MAX_PERIOD]) or error[order] > NEARBY * domain_width(f):
             return None
         close = max(RECURS * domain_width(f), error[order])
         for period in range(1, MAX_PERIOD + 1):

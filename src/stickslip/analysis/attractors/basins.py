@@ -23,11 +23,11 @@ from stickslip.analysis.attractors.basin_pieces import (
 from stickslip.analysis.attractors.in_space.basins_nd import BasinsND, binomial, find_basins
 from stickslip.analysis.attractors.in_space.fates import LEFT, MOST_FOLLOWED, UNDECIDED
 from stickslip.analysis.attractors.lyapunov import perturbed
-from stickslip.analysis.attractors.search import BLOCK
 from stickslip.analysis.branches.table import NOT_FOLLOWED, branch_table
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.arguments import line_map, map_of, not_for
 from stickslip.analysis.maps.protocol import SAME, MapND, advance, checked_points, domain_width
+from stickslip.analysis.scales import BLOCK, ORBIT_NOISE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, finite_number, random_generator, whole_number
 from stickslip.numerics.waiting import waits
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Integers, Map1D, Modelled
 
 
-WIDEST_EDGE: Final = 1e-10  # of the domain's width: a thinner undecided piece is an edge
 RESOLUTION: Final = 1e-5  # of the domain's width: ... or this, if there are too many pieces
 MANY: Final = 4096  # undecided pieces from which on basins count as interwoven
 MAX_CUT: Final = 1 << 15  # undecided pieces of all rounds together: the rest is sampled
@@ -300,7 +299,7 @@ def basins(
             pieces, rounds, cut = finer, rounds + 1, cut + finer.count_undecided()
             if stalled and pieces.count_undecided() > MANY:
                 break
-    edges, index, named, thin = explain(f, pieces, causes, WIDEST_EDGE)
+    edges, index, named, thin = explain(f, pieces, causes, ORBIT_NOISE)
     index[index == LOST] = UNDECIDED
     if np.any(index == UNDECIDED):
         points = spread_over_open(pieces.edges, pieces.index, generator.random(n_samples))

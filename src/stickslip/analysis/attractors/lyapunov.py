@@ -24,6 +24,7 @@ from stickslip.analysis.maps.protocol import (
 )
 from stickslip.analysis.maps.rotation import OrbitMean
 from stickslip.analysis.orbits.newton import polish_on
+from stickslip.analysis.scales import ORBIT_NOISE, RECOGNISED
 from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
@@ -34,19 +35,17 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Bools, Floats, Map1D, Modelled
 
-CHUNK: Final = 1 << 15  # maps of one orbit between two evaluations of slopes: bounds the memory
 TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
-LONGEST_COLLAPSE: Final = 64  # period of a repelling cycle that rounding may hold an orbit on
-WARM_UP: Final = 512  # perturbed steps that lead away from such a cycle
+SETTLING: Final = 512  # steps in which orbits come to where they stay, or leave such a cycle
 SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
 MANY: Final = 50_000  # steps from which on an interpolation of the map pays
 ENSEMBLE: Final = 32  # orbits from which a chaotic motion is sampled together
-SAMPLES: Final = 1 << 15  # slopes averaged for an exponent, and searched for cycles: at first ...
+SAMPLES: Final = 1 << 15  # slopes evaluated together, averaged for an exponent, and searched for
+# cycles: at first ...
 MAX_SAMPLES: Final = 1 << 20  # ... at most
 GROWTH: Final = 4  # factor from one sample to the next, until the exponent's sign is clear
-CLEAR: Final = 10  # error bars by which it is then away from zero
 SIGMAS: Final = 5  # error bars by which the exponent of chaos must exceed zero
-SHORT: Final = 1e-10  # of the domain's width: intervals to grow are longer than this
+CLEAR: Final = 2 * SIGMAS  # ... and by which it is then away from zero
 TENTHS: Final = np.array([1, 2, 4, 6])  # of the longer ones that are shorter yet
 
 
@@ -182,15 +181,15 @@ def trace(f: Map1D, x: Floats, n: int, skip: int = 0) -> tuple[Floats, Floats]:
     # Floats have few bits: under x -> 2 x mod 1 every orbit ends on 0 after 53 steps. Orbits that
     # end on a repelling cycle are followed once more, moved by a few roundings now and then.
     values, slopes = np.empty((len(x), n)), np.empty((len(x), n))
-    on_cycle = np.any(advance(f, x, LONGEST_COLLAPSE)[:, 1:] == x[:, None], axis=1)
+    on_cycle = np.any(advance(f, x, RECOGNISED)[:, 1:] == x[:, None], axis=1)
     rng, start = np.random.default_rng(0), x
     x, done = advance(f, x, skip)[:, -1], 0
     while done < n:
-        step = min(CHUNK, n - done)
+        step = min(SAMPLES, n - done)
         piece, slope = _stretch(f, x, step)
         stuck = _held_by_rounding(piece[:, :-1], slope) & ~on_cycle
         if np.any(stuck):
-            again = _perturbed_orbit(f, start[stuck], skip + WARM_UP, rng)[:, -1]
+            again = _perturbed_orbit(f, start[stuck], skip + SETTLING, rng)[:, -1]
             piece[stuck] = _perturbed_orbit(f, again, step, rng)
             slope[stuck] = values_and_slopes(f, piece[stuck, :-1])[1]
         values[:, done : done + step], slopes[:, done : done + step] = piece[:, :-1], slope
@@ -218,7 +217,7 @@ def _stretch(f: Map1D, x: Floats, n: int) -> tuple[Floats, Floats]:
 def _held_by_rounding(values: Floats, slopes: Floats) -> Bools:
     """Tell which orbits end on a cycle that repels."""
     stuck = np.zeros(len(values), dtype=np.bool_)
-    recent = values[:, -1 - LONGEST_COLLAPSE : -1]
+    recent = values[:, -1 - RECOGNISED : -1]
     hits = recent == values[:, -1:]
     for row in np.flatnonzero(hits.any(axis=1)):
         period = recent.shape[1] - int(np.flatnonzero(hits[row])[-1])
@@ -274,9 +273,9 @@ def short_intervals(f: Map1D, points: Floats) -> Floats:
     """Neighbours among the points: so short that no gap between bands is inside; (k, 2)."""
     points = np.unique(points)
     gaps = np.diff(points)
-    (usable,) = np.nonzero(gaps > SHORT * domain_width(f))
+    (usable,) = np.nonzero(gaps > ORBIT_NOISE * domain_width(f))
     if not usable.size:
-        return np.array([[points[0], points[0] + SHORT * domain_width(f)]])
+        return np.array([[points[0], points[0] + ORBIT_NOISE * domain_width(f)]])
     k = usable[np.argsort(gaps[usable])[TENTHS * usable.size // 10]]
     return np.column_stack([points[k], points[k + 1]])
 

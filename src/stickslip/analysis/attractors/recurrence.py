@@ -5,6 +5,7 @@ Recurring labels or values prove nothing: a slow passage near a fold has both.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -12,10 +13,10 @@ import numpy as np
 
 from stickslip.analysis.attractors.bands import merged
 from stickslip.analysis.attractors.lyapunov import SAMPLES
-from stickslip.analysis.exponents.blocking import REPEATS
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample
 from stickslip.analysis.orbits.newton import padded, polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
+from stickslip.analysis.scales import CLOSE, HALF_DIGITS, IN_A_ROW, NEARBY, PASSING
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.zeros import halved
 
@@ -25,21 +26,14 @@ if TYPE_CHECKING:
     from stickslip.analysis.branches.table import BranchTable
     from stickslip.analysis.maps.protocol import Bools, Floats, Labels, Map1D
 
-SETTLED: Final = 1e-6  # of the domain's width: a recurrence this close proposes a period ...
+SETTLED: Final = CLOSE  # of the domain's width: a recurrence this close proposes a period ...
 RECURRING: Final = 0.02  # ... and so close on a slow approach, which has as much of its way left
-FEW: Final = 4  # starts that are not worth a look at all of them together
-HIDDEN: Final = 0.05  # of the domain's width: likewise where a passage only comes near a cycle
-MOVED: Final = 1e-3  # of the domain's width: Newton may not move a settled orbit further
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
-SAME_POINT: Final = 1e-7  # of the domain's width: points of one orbit closer than this coincide
 TRIES: Final = 3  # passages tried for each period of these
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * EPS
-FAMILY: Final = 1e-3  # of the domain's width: beside a single neutral orbit rounding hides less
-TWIN: Final = 1e-6  # of a capture radius: a closer cycle is not told apart
 MAX_TURNS: Final = 256
 LOOKED_AT: Final = 1024  # points on the way to an end of the domain
-HALVINGS: Final = 50  # for an end of a family
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,11 +93,11 @@ def as_orbit(f: Map1D, cycle: Cycle, table: BranchTable) -> PeriodicOrbit:
 
 
 def recurrences(tails: Floats, max_period: int) -> Floats:
-    """Largest change of the last ``REPEATS`` periods of tails under a shift by p = 1, 2, ..."""
+    """Largest change of the last ``IN_A_ROW`` periods of tails under a shift by p = 1, 2, ..."""
     n = tails.shape[1]
-    periods = range(1, min(max_period, (n - 1) // (REPEATS + 1)) + 1)
+    periods = range(1, min(max_period, (n - 1) // (IN_A_ROW + 1)) + 1)
     columns = [
-        np.max(np.abs(tails[:, n - REPEATS * p :] - tails[:, n - REPEATS * p - p : -p]), axis=1)
+        np.max(np.abs(tails[:, n - IN_A_ROW * p :] - tails[:, n - IN_A_ROW * p - p : -p]), axis=1)
         for p in periods
     ]
     return np.stack(columns, axis=1) if columns else np.empty((len(tails), 0))
@@ -111,13 +105,13 @@ def recurrences(tails: Floats, max_period: int) -> Floats:
 
 def settled(f: Map1D, tail: Floats, period: int) -> Cycle | None:
     """Confirm that an orbit has settled on a cycle of this period (or a divisor): labels repeat."""
-    labels = sample(f, tail[-(REPEATS + 1) * period :]).label  # the last point may be outside
+    labels = sample(f, tail[-(IN_A_ROW + 1) * period :]).label  # the last point may be outside
     if not np.array_equal(labels[period:], labels[:-period]):
         return None
     return confirmed(f, tail[-period:])
 
 
-def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
+def confirmed(f: Map1D, points: Floats, moved: float = NEARBY) -> Cycle | None:
     """Polish a cycle by Newton's method on all its points at once, and reduce its period."""
     # None if Newton fails, ends in another word, or moves a point by `moved` of the domain's
     # width.
@@ -129,7 +123,7 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
         if cycle.period % divisor:
             continue
         shifted = np.roll(cycle.points, -divisor)
-        if np.all(np.abs(shifted - cycle.points) <= SAME_POINT * width):
+        if np.all(np.abs(shifted - cycle.points) <= HALF_DIGITS * width):
             shorter = _newton(f, cycle.points[:divisor], TRUST_RADIUS * moved * width)
             if shorter is not None:
                 return shorter
@@ -138,7 +132,7 @@ def confirmed(f: Map1D, points: Floats, moved: float = MOVED) -> Cycle | None:
 
 def promising(f: Map1D, starts: Sequence[Floats], moved: float) -> list[int]:
     """Choose starts from which a few steps of Newton's method lead to no repelling cycle."""
-    if len(starts) < FEW:
+    if len(starts) <= TRIES:  # not worth a look at all of them together
         return list(range(len(starts)))
     points, periods = padded(starts)
     limits = {"trust_radius": TRUST_RADIUS * moved * domain_width(f), "contraction": 1.0}
@@ -185,12 +179,12 @@ def drawn_in(tails: Floats, cycle: Cycle, centre: float, radius: float) -> Bools
 def attracts(f: Map1D, cycle: Cycle) -> bool:
     """Whether both sides approach a cycle: on a corner, one may be stable alone."""
     sides = np.array([-1.0, 1.0])
-    return cycle.stable and _radius_of_approach(f, cycle, TWIN, sides, turns=2) > 0.0
+    return cycle.stable and _radius_of_approach(f, cycle, CLOSE, sides, turns=2) > 0.0
 
 
 def turns_that_tell(cycle: Cycle) -> int:
     """Return the turns that bring a captured orbit much closer to a stable cycle than a twin is."""
-    return min(int(np.ceil(np.log(TWIN) / np.log(share_left(cycle)))), MAX_TURNS)
+    return min(int(np.ceil(np.log(CLOSE) / np.log(share_left(cycle)))), MAX_TURNS)
 
 
 def share_left(cycle: Cycle) -> float:
@@ -232,7 +226,7 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
         return np.asarray(same & (np.abs(orbits[:, -1] - x) <= scale))
 
     # Most neutral cycles are alone: two points tell, where a family would hold one of them.
-    beside = cycle.points[0] + 0.5 * FAMILY * (high - low) * np.array([-1.0, 1.0])
+    beside = cycle.points[0] + 0.5 * NEARBY * (high - low) * np.array([-1.0, 1.0])
     if not stay(np.clip(beside, low, high)).any():
         return None
     ends = []
@@ -241,8 +235,9 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
         kept = stay(way)
         last = len(way) - 1 if kept.all() else max(int(np.argmin(kept)) - 1, 0)
         beyond = float(way[min(last + 1, len(way) - 1)])
-        ends.append(halved(lambda d: stay(np.array([d]))[0], float(way[last]), beyond, HALVINGS)[0])
-    if ends[1] - ends[0] < FAMILY * (high - low):
+        digits = sys.float_info.mant_dig
+        ends.append(halved(lambda d: stay(np.array([d]))[0], float(way[last]), beyond, digits)[0])
+    if ends[1] - ends[0] < NEARBY * (high - low):
         return None
     return period, merged(np.sort(advance(f, np.array(ends), period - 1).T, axis=1), 0.0)
 
@@ -252,7 +247,7 @@ def hidden_cycles(
 ) -> list[Cycle]:
     """Search the contracting passages of seemingly chaotic orbits (m, n) for stable cycles."""
     # Bands visited in turn allow ``multiples_of`` their number only.
-    last = max(SAMPLES // len(values), REPEATS)
+    last = max(SAMPLES // len(values), IN_A_ROW)
     values, slopes = values[:, -last:], slopes[:, -last:]
     climb = np.cumsum(np.log(np.maximum(np.abs(slopes), 1e-300)), axis=1)
     climb = np.pad(climb, ((0, 0), (1, 0)))
@@ -269,11 +264,11 @@ def hidden_cycles(
             places = places[np.argpartition(distance, TRIES)[:TRIES]]
         for row, column in zip(*np.unravel_index(places, contracts.shape), strict=True):
             starts.append(values[row, column : column + period])
-    for k in promising(f, starts, HIDDEN):
-        cycle = confirmed(f, starts[k], moved=HIDDEN)
+    for k in promising(f, starts, PASSING):
+        cycle = confirmed(f, starts[k], moved=PASSING)
         if cycle is None or not cycle.stable:
             continue
-        near = SAME_POINT * width
+        near = HALF_DIGITS * width
         if not any(same_cycle(cycle.points, other.points, near) for other in found):
             found.append(cycle)
     return found

@@ -26,7 +26,6 @@ from stickslip.analysis.attractors.lyapunov import (
 )
 from stickslip.analysis.attractors.recurrence import (
     RECURRING,
-    SAME_POINT,
     SETTLED,
     Cycle,
     as_orbit,
@@ -42,6 +41,7 @@ from stickslip.analysis.attractors.recurrence import (
     settled,
 )
 from stickslip.analysis.maps.protocol import advance, domain_width, sample, values_and_slopes
+from stickslip.analysis.scales import BLOCK, CELLS, CLOSE, HALF_DIGITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -50,11 +50,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Map1D
     from stickslip.analysis.work import Work
 
-BLOCK: Final = 256  # steps until orbits are looked at, at first
 LOOK: Final = 2048  # steps of one orbit that tell where it goes, as far as that is to be seen
-CELLS: Final = 256  # of the domain: undecided orbits that share half of theirs are one
-LAST_PERIODS: Final = 1024  # periods tried on an orbit that nothing else explains
-STANDS_IN: Final = 1e-6  # of the domain's width: a stand-in may not err more on an attractor
+LAST_PERIODS: Final = LOOK // 2  # periods tried on an orbit that nothing else explains
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +177,7 @@ class AttractorSearch:
 
     def add_cycle(self, cycle: Cycle, kind: AttractorKind = "periodic", reason: str = "") -> int:
         """Add a cycle unless it is known; return its place in the list."""
-        tolerance = SAME_POINT * domain_width(self.f)
+        tolerance = HALF_DIGITS * domain_width(self.f)
         for index, item in enumerate(self.known):
             known = item.cycle
             if known is not None and same_cycle(cycle.points, known.points, tolerance):
@@ -250,7 +247,7 @@ class AttractorSearch:
 
     def _known_inside(self, bands: Bands) -> str:
         """Tell what known attractor the bands hold, or are; empty if none."""
-        slack = STANDS_IN * domain_width(self.f)
+        slack = CLOSE * domain_width(self.f)
         for item in self.known:
             cycle, theirs = item.cycle, item.attractor.bands
             if cycle is not None and cycle.stable and np.any(bands.contain(cycle.points, slack)):
@@ -288,7 +285,7 @@ class AttractorSearch:
         exponent = motion.exponent
         if self.fast is not self.f:
             off, doubt = difference(self.f, motion.values, motion.slopes)
-            if not off <= STANDS_IN * domain_width(self.f):
+            if not off <= CLOSE * domain_width(self.f):
                 return self._doubt(f"the stand-in errs by {off:.1e} on a chaotic motion")
             exponent = replace(exponent, error=float(np.hypot(exponent.error, doubt)))
             bands = on_map(self.f, self.laps, bands)

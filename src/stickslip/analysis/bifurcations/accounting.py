@@ -16,11 +16,11 @@ from typing import Any, Final, TypeAlias, TypeVar
 
 from stickslip.analysis.bifurcations.bifurcation import OUTSIDE, UnresolvedChange
 from stickslip.analysis.bifurcations.scan.events import in_the_middle
+from stickslip.analysis.scales import FEW_SHOWN
 from stickslip.results.table import listed
 
 BESIDE: Final = 2e-3  # of a range: how far from an event both its sides are looked at, at most
 MOST_BANDS: Final = 32  # of chaos whose changes are searched thoroughly
-SHOWN: Final = 3  # periods in a sentence
 
 Sort: TypeAlias = tuple[str, int]  # kind of an attractor, and its period
 Part: TypeAlias = tuple[float, float, set[Sort]]  # of the range, and what attracts there
@@ -193,7 +193,7 @@ def _told(sorts: Iterable[Sort]) -> str:
         numbers.setdefault(kind, []).insert(0, str(number))
     texts = []
     for kind, known in numbers.items():
-        shown = listed(known, SHOWN)
+        shown = listed(known, FEW_SHOWN)
         bands = "chaos" if known == ["0"] else f"chaos in {shown} bands"  # not known in R^n
         words = {"periodic": f"period {shown}", "chaotic": bands}
         texts.append(words.get(kind, kind))

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.continuation.follower import ON_CIRCLE
 from stickslip.analysis.maps.differences import (
     N_STEPS,
-    SHARP,
     extrapolated_difference,
     extrapolated_second_difference,
 )
 from stickslip.analysis.maps.protocol import domain_width, mix_labels, reduced, sample, widths
+from stickslip.analysis.scales import CLOSE, HALF_DIGITS
 from stickslip.numerics.arrays import EPS
 from stickslip.status import OK
 
@@ -26,8 +25,7 @@ if TYPE_CHECKING:
 Criticality: TypeAlias = Literal["super", "sub"]
 
 ROUNDING: Final = 16 * EPS  # differences may agree by chance
-STRAIGHT: Final = 1e-7  # of the domain: a curvature that so small a shift makes is none
-FEW_STEPS: Final = 11  # down to 2e-6 of the domain
+FEW_STEPS: Final = N_STEPS // 2 + 1  # the first half of the way: down to 2e-6 of the domain
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ def crossing_coefficients(
         # g' = 1, so that g''' = S g + 3/2 (g'')^2 with the Schwarzian derivative S.
         schwarzian, doubt = _schwarzian(slope, second, third)
         cubic, doubt = schwarzian + 1.5 * curvature**2, doubt + 3 * abs(curvature) * error
-    error += STRAIGHT * abs(cubic) * domain_width(f)
+    error += HALF_DIGITS * abs(cubic) * domain_width(f)
     return CrossingCoefficients(curvature, error, cubic, doubt, mixed, discriminant)
 
 
@@ -156,7 +154,7 @@ def _derivatives(
     at_x = sample(f, x)
     found = _differences(f, x, at_x, FEW_STEPS)
     with np.errstate(invalid="ignore"):
-        sharp = np.all([doubt <= SHARP * np.abs(value) for value, doubt in found], axis=0)
+        sharp = np.all([doubt <= HALF_DIGITS * np.abs(value) for value, doubt in found], axis=0)
     if not sharp.all():
         rough = ~sharp
         finer = _differences(f, x[rough], sample(f, x[rough]), N_STEPS)
@@ -212,7 +210,7 @@ def coefficient(f: MapND, points: Floats, kind: str) -> CubicCoefficient:
         if kind == "flip":
             m, q, p = -1.0, q.real / np.linalg.norm(q.real), p.real * np.linalg.norm(q.real)
         resonances = [] if kind == "flip" else [m**r - 1.0 for r in (1, 2, 3, 4)]
-        if min(map(abs, resonances), default=1.0) < ON_CIRCLE:
+        if min(map(abs, resonances), default=1.0) < CLOSE:
             return CubicCoefficient(np.nan, np.inf, kind)
         mean = np.linalg.solve(eye - a, _two(b, q, q.conj()))
         twice = np.linalg.solve(m * m * eye - a, _two(b, q, q)) if resonances else mean

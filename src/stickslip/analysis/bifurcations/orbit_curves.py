@@ -23,11 +23,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.scan.survey import Survey
     from stickslip.analysis.bifurcations.scan.tracking import Piece, Span
 
-UP: Final = 1
-DOWN: Final = -1
-
 Side: TypeAlias = Literal[-1, 1]
-Port: TypeAlias = tuple[int, int, int]  # number of a node, place in its list, side
+Port: TypeAlias = tuple[int, int, int]  # number of a node, place in its list, side: -1 down, 1 up
 
 REASONS: Final[dict[str, str]] = {
     "border_collision": "breakpoint",
@@ -101,15 +98,15 @@ def _link_pieces(web: _Web, number: int, span: Span, shares: list[tuple[Event, C
     for piece in span.pieces:
         assert piece.left is not None
         assert piece.right is not None
-        low, high = (number, piece.left, UP), (number + 1, piece.right, DOWN)
+        low, high = (number, piece.left, 1), (number + 1, piece.right, -1)
         web.tie(low, high, *_inner_rows(piece, shares))
     for ending in span.endings:
         rows = _rows(ending.piece)
         if ending.piece.left is not None:
-            port = (number, ending.piece.left, UP)
+            port = (number, ending.piece.left, 1)
             web.links.setdefault(port, Link(rows[1:], None, ending.event, ending.reason))
         elif ending.piece.right is not None:
-            port = (number + 1, ending.piece.right, DOWN)
+            port = (number + 1, ending.piece.right, -1)
             web.links.setdefault(port, Link(rows[:-1][::-1], None, ending.event, ending.reason))
 
 
@@ -135,8 +132,8 @@ def _link_event(
     web: _Web, number: int, event: Event, share: Concerned, events: list[Event]
 ) -> None:
     """Link the orbits of a fold or crossing; let all others that do not cross end at the event."""
-    below: list[Port] = [(number, place, UP) for place in share.lost]
-    above: list[Port] = [(number + 1, place, DOWN) for place in share.born]
+    below: list[Port] = [(number, place, 1) for place in share.lost]
+    above: list[Port] = [(number + 1, place, -1) for place in share.born]
     ports = [*below, *above]
     own = all(len(web.row(n, k).points) == event.period for n, k, _ in ports)
     pairs: list[tuple[Port, Port]] = []
@@ -181,7 +178,7 @@ def _chains(web: _Web) -> list[Chain]:
     orbits = [(n, k) for n, node in enumerate(web.nodes) for k in range(len(node.orbits))]
     for only_ends in (True, False):
         for orbit in orbits:
-            for side in (DOWN, UP):
+            for side in (-1, 1):
                 link = web.links.get((*orbit, side))
                 is_end = link is None or link.to is None
                 if orbit not in seen and (is_end or not only_ends):

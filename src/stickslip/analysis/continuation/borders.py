@@ -20,6 +20,8 @@ from stickslip.analysis.branches.table import branch_table
 from stickslip.analysis.continuation.half_period import ROUNDING
 from stickslip.analysis.maps.derived import WindowMap
 from stickslip.analysis.maps.protocol import SAME, domain_width, sample
+from stickslip.analysis.scales import FINE, ON_CURVE
+from stickslip.numerics.zeros import MAX_STEPS
 from stickslip.status import OK
 
 if TYPE_CHECKING:
@@ -29,11 +31,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.continuation.orbit_equations import Departure, OrbitEquations
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D, MapFamily
 
-OVERTAKES: Final = 32.0  # times the orbit's step: how far a break may come from
-NEARBY: Final = 1e-4  # of the domain: where a break without a label is looked for
-FIRST_CHANGE: Final = 1e-6  # of the parameter's range: for the first difference of the readings
-MAX_STEPS: Final = 60
-STALLED: Final = 1e-9  # of the parameter's range: steps that do not shrink below it are noise
+REACHES: Final = 32.0  # times the last step: how far off a break, or the end of a curve, may be
+FIRST_CHANGE: Final = 1e-6  # of a parameter's range: differences of values and of readings
 SHRINKS: Final = 0.9  # at a tangency, too, each step is half or two thirds of the one before
 
 
@@ -86,7 +85,7 @@ def encounters(
             continue
         # Or the break has overtaken the orbit.
         f = equations.at(value)
-        reach = OVERTAKES * abs(gone_to - x) + SAME * domain_width(f)
+        reach = REACHES * abs(gone_to - x) + SAME * domain_width(f)
         for side in (-1, 1):
             found = _between(f, piece, x, float(np.clip(x - side * reach, *f.domain)), index)
             if found is not None:
@@ -132,7 +131,7 @@ def _settled(end: TrackedDiscontinuity, side: int, f: Map1D) -> TrackedDiscontin
 def unlabelled_encounters(f: MapFamily, points: Floats) -> list[Border]:
     """Look for breaks that no label tells of, close to points of an orbit, the nearest first."""
     found: list[tuple[float, Border]] = []
-    half = NEARBY * domain_width(f)
+    half = ON_CURVE * domain_width(f)
     for index, x in enumerate(points.tolist()):
         for b in branch_table(WindowMap(f, (x - half, x + half))).breakpoints:
             if b.kind != "smooth":
@@ -182,7 +181,7 @@ def meet(
     for _ in range(MAX_STEPS):
         step = _newton_step(before, now, border.index, name)
         change = abs(step[border.index])
-        noise = change <= STALLED * (high - low) and change >= SHRINKS * last
+        noise = change <= FINE * (high - low) and change >= SHRINKS * last
         if noise or change <= ROUNDING * max(abs(now.value), high - low):
             return now
         q = min(max(now.value + step[border.index], low), high)

@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, Problem
 from stickslip.analysis.orbits.newton import MANY
+from stickslip.analysis.scales import CLOSE, NEARBY
 from stickslip.analysis.work import Work
 from stickslip.checks import finite_number, whole_number
 from stickslip.numerics.arrays import EPS
@@ -32,9 +33,7 @@ MAX_POINTS: Final = 2000  # to either side
 CLOSES: Final = 0.1  # of a step: this close to the curve the start is met again
 CLOSED_AFTER: Final = 4  # rows: the start is not met again before
 SAME_WAY: Final = 0.7  # cosine
-SHORT: Final = 1e-3  # scaled: a step that may bracket a point where Newton's method has no hold
 JUMP: Final = 0.1  # of a test function, at what seems its zero: there it jumps instead
-ON_CIRCLE: Final = 1e-6  # modulus of a critical pair, its distance from a real or resonant one
 
 
 class Passed(NamedTuple):
@@ -261,8 +260,8 @@ class Follower:
                     continue  # multipliers jump there, as beside a change of modes
                 if kind == "neimark_sacker":
                     m: NDArray[np.complex128] = self.multipliers(point)
-                    on = np.abs(np.abs(m) - 1.0) < ON_CIRCLE
-                    if not (on & (np.abs(m.imag) > ON_CIRCLE)).any():
+                    on = np.abs(np.abs(m) - 1.0) < CLOSE
+                    if not (on & (np.abs(m.imag) > CLOSE)).any():
                         continue  # two real multipliers whose product is 1: nothing happens
                 error = self.solution_error(point)
                 if kind != "fold":
@@ -275,7 +274,7 @@ class Follower:
     def _crossed(self, here: CurvePoint, new: CurvePoint, test: Test) -> Passed | None:
         """Bracket a point where the equations are singular by a short step; None if it is long."""
         way = new.y - here.y
-        if float(np.linalg.norm(way / self.curve.scale)) > SHORT:
+        if float(np.linalg.norm(way / self.curve.scale)) > NEARBY:
             return None
         share = test(here) / (test(here) - test(new))
         there = replace(here, y=here.y + share * way)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.maps.protocol import Floats, turned_near
+from stickslip.analysis.scales import DIFFERENCE, FINE
 from stickslip.numerics.arrays import EPS
 
 if TYPE_CHECKING:
@@ -16,9 +17,7 @@ if TYPE_CHECKING:
     Solve: TypeAlias = Callable[[float, Floats], tuple[Floats, float]]
 
 MAX_SECANT: Final = 30
-FIRST_CHANGE: Final = 1e-5  # of the parameter's range: for the first secant
 ROUNDING: Final = 4 * EPS  # of the size of the parameter: a last step
-NOISE: Final = 1e-9  # of multiplier + 1: steps that do not shrink below it are rounding
 
 
 def shrinks_to_half(f: Any, before: Floats, after: Floats) -> bool:
@@ -37,7 +36,7 @@ def flip_of_half(
     solve: Solve, half: Floats, value: float, low: float, high: float
 ) -> tuple[float, Floats] | None:
     """Find the flip near a guess, and the orbit that flips there."""
-    aside = FIRST_CHANGE * (high - low)
+    aside = DIFFERENCE * (high - low)
     old = value + aside if value + aside <= high else value - aside
     half, g_old = solve(old, half)
     half, g = solve(value, half)
@@ -47,9 +46,9 @@ def flip_of_half(
         if not np.isfinite(step):
             return None
         smallest = ROUNDING * max(abs(value), high - low)
-        if abs(step) <= smallest or (abs(g) < NOISE and abs(step) >= 0.5 * last):
+        if abs(step) <= smallest or (abs(g) < FINE and abs(step) >= 0.5 * last):
             break
         old, g_old, last = value, g, abs(step)
         value = min(max(value + step, low), high)
         half, g = solve(value, half)
-    return (value, half) if abs(g) < NOISE else None
+    return (value, half) if abs(g) < FINE else None

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 import numpy as np
 
 from stickslip.analysis.branches.along.tracked import ConditionLost, DomainEnd
-from stickslip.analysis.continuation.borders import Border, encounters, meet, unlabelled_encounters
+from stickslip.analysis.continuation.borders import (
+    REACHES,
+    Border,
+    encounters,
+    meet,
+    unlabelled_encounters,
+)
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
     MAX_POINTS,
@@ -20,6 +26,7 @@ from stickslip.analysis.continuation.follower import (
 )
 from stickslip.analysis.continuation.half_period import flip_of_half, shrinks_to_half
 from stickslip.analysis.continuation.orbit_equations import Departure, Linearized, OrbitEquations
+from stickslip.analysis.maps.differences import LIKE
 from stickslip.analysis.maps.protocol import (
     SAME,
     MapND,
@@ -45,6 +52,7 @@ from stickslip.analysis.orbits.orbits_nd import (
     same_points,
     solve_orbit_nd,
 )
+from stickslip.analysis.scales import CLOSE, FINE, NEARBY, ORBIT_NOISE
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
@@ -61,19 +69,12 @@ if TYPE_CHECKING:
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
 BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
 AHEAD: Final = 0.5  # cosine: the end of a curve lies in the direction of travel
-REACHES: Final = 32.0  # times the last step that failed: how far off its end may be
-TOUCHING: Final = 1e-6  # scaled: an end so close has no direction
-ON_BORDER: Final = 1e-10  # of the domain
-NEARBY: Final = 1e-3  # scaled: where the end at a break without a label may be
-ORBIT_OF_MAP: Final = 1e-6  # of the domain: the orbit given must be so close to one of the map
 # A border is approached by halving steps that cross it, down to little more than the error of a
 # point; then a little further on the way the cause is seen.
-SMALLEST: Final = 2e-12
+SMALLEST: Final = 2 * SAME
 PROBES: Final = (2e-11, 2e-10, 2e-9, 2e-8)
 BEYOND: Final = (1e-5, 1e-7)  # scaled ways past a border at which the two sides are compared
-SMOOTH: Final = 1e-9  # of the map's lengths: a larger difference of values is a jump ...
 JUMPS: Final = 0.5  # ... if it does not shrink with the way as that of a root-like corner does
-SAME_SLOPE: Final = 1e-3  # of Jacobians, beside 1 + their size: a larger difference is a corner
 REASONS: Final[dict[str, Any]] = {"jump": "breakpoint", "corner": "breakpoint", "edge": "gap"}
 
 
@@ -111,7 +112,7 @@ class OrbitFollower(Follower):
         if (values.status != OK).any():
             raise ValueError(f"{wrong}no value at one of its points, or outside the window.")
         y = equations.unknowns(points, value)
-        return first_point(self.curve, y, wrong, ORBIT_OF_MAP, equations.points)
+        return first_point(self.curve, y, wrong, CLOSE, equations.points)
 
     def points(self, point: CurvePoint) -> Floats:
         """Return the points of the orbit."""
@@ -237,13 +238,14 @@ class LineOrbitFollower(OrbitFollower):
         if border.harmless is not None:
             return None
         # Points on the border itself, of which there may be several, are seen from their pieces.
-        on_border = np.abs(met.points - met.points[index]) <= ON_BORDER * self.curve.scale[:-1]
+        on_border = np.abs(met.points - met.points[index]) <= ORBIT_NOISE * self.curve.scale[:-1]
         labels = np.where(on_border, last.note.labels, met.labels)
         if not eq.stays(labels, np.ones(len(labels), dtype=bool)).all():
             return None
         way = (np.append(met.points, met.value) - last.y) / self.curve.scale
         length = float(np.linalg.norm(way))
-        ahead = float(way @ last.tangent) >= AHEAD * length or length <= TOUCHING
+        # An end that is met at once has no direction.
+        ahead = float(way @ last.tangent) >= AHEAD * length or length <= CLOSE
         if length > reach or not ahead:
             return None
         note = Linearized(met.slopes, met.points, labels)
@@ -324,7 +326,7 @@ class SpaceOrbitFollower(OrbitFollower):
         if (got.status != OK).any():
             return None
         old, new = (np.poly(monodromy(each)) for each in (last.note.slopes, got.derivative))
-        if (np.abs(new - old) > SAME_SLOPE * (1 + np.abs(old).max())).any():
+        if (np.abs(new - old) > LIKE * (1 + np.abs(old).max())).any():
             return None
         pieces, labels = self.equations.pieces, got.label.tolist()
         self.equations.pieces = [{label} for label in labels]
@@ -362,10 +364,10 @@ class SpaceOrbitFollower(OrbitFollower):
         offs = (apart(self.f, side.value, note.values[index]) for side in (far, near))
         gaps = [float(np.abs(off / self.unit).max()) for off in offs]
         label = int(near.label)
-        if gaps[1] > max(SMOOTH, JUMPS * gaps[0]):
+        if gaps[1] > max(FINE, JUMPS * gaps[0]):
             return "jump", label
         changed = np.abs(measured(near.derivative, self.unit) - slope)
-        if (changed > SAME_SLOPE * (1 + np.abs(slope))).any():
+        if (changed > LIKE * (1 + np.abs(slope))).any():
             return "corner", label
         return "smooth", label
 
@@ -445,7 +447,7 @@ class OrbitProblem(Problem):
             return same_points(self.system, one.points, other.points, SAME)
         off, width = np.abs(one.points - other.points), domain_width(self.system)
         known = np.ptp(one.interval, axis=1) + np.ptp(other.interval, axis=1)
-        off -= np.minimum(known, ORBIT_OF_MAP * width)  # at a fold errors have no bound
+        off -= np.minimum(known, CLOSE * width)  # at a fold errors have no bound
         return bool((off <= SAME * (width + np.abs(one.points).max())).all())
 
 

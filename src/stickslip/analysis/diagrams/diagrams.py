@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from stickslip.analysis.attractors.along import TOLD, Motion, Settler
+from stickslip.analysis.attractors.attractors import N_STARTS, spread_points
 from stickslip.analysis.attractors.attractors import attractors as all_attractors
-from stickslip.analysis.attractors.attractors import spread_points
 from stickslip.analysis.bifurcations.bifurcation import attempted
 from stickslip.analysis.bifurcations.bifurcations import N_LISTS
 from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_LISTS as N_LISTS_ND
-from stickslip.analysis.bifurcations.in_space.bifurcations_nd import N_STARTS, OrbitSurvey
+from stickslip.analysis.bifurcations.in_space.bifurcations_nd import OrbitSurvey
 from stickslip.analysis.bifurcations.orbit_curves import orbit_curves
 from stickslip.analysis.bifurcations.scan.adding_up import concerned_orbits
 from stickslip.analysis.bifurcations.scan.nodes import Family, Node
@@ -25,9 +25,17 @@ from stickslip.analysis.branches.along.breakpoint_lines import BreakpointLine, f
 from stickslip.analysis.diagrams.diagram import AttractorTable, Diagram, OrbitCurve
 from stickslip.analysis.diagrams.orbit_curves import SampledOrbit, fill, sampled_orbits
 from stickslip.analysis.maps.arguments import checked_range, line_family, map_of, not_for
-from stickslip.analysis.maps.protocol import Bools, FamilyND, Floats, Indices, MapFamily, Modelled
+from stickslip.analysis.maps.protocol import (
+    SAME,
+    Bools,
+    FamilyND,
+    Floats,
+    Indices,
+    MapFamily,
+    Modelled,
+)
 from stickslip.analysis.maps.side_by_side import side_by_side
-from stickslip.analysis.orbits.orbit import ON_CIRCLE
+from stickslip.analysis.scales import FINE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
@@ -48,7 +56,6 @@ if TYPE_CHECKING:
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
-AT_END: Final = 1e-9  # of the range: at this distance from its end there may be no orbit
 PARTIES: Final = 16  # of stretches that go side by side: fewer would leave cores without one
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 
@@ -273,7 +280,7 @@ def _missing(values: Floats, orbits: Sequence[OrbitCurve]) -> tuple[str, ...]:
     texts = []
     for orbit in orbits:
         low, high = (end.value for end in orbit.ends)
-        slack = AT_END * (values[-1] - values[0])
+        slack = FINE * (values[-1] - values[0])
         absent = (values > low + slack) & (values < high - slack) & ~orbit.exists
         if absent.any():
             where = ", ".join(f"{value:.12g}" for value in values[absent][:3])
@@ -325,7 +332,7 @@ def _stable_cycles(filled: Filled, k: int) -> list[Motion]:
     found = []
     for points, multipliers in filled:
         multiplier = abs(multipliers[k])
-        if multiplier < 1 + ON_CIRCLE:  # at its flip itself an orbit still attracts
+        if multiplier < 1 + SAME:  # at its flip itself an orbit still attracts
             with np.errstate(divide="ignore"):
                 exponent = float(np.log(multiplier)) / points.shape[1]
             found.append(Motion("periodic", points[k], exponent))

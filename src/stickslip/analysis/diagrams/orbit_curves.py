@@ -18,6 +18,7 @@ from stickslip.analysis.continuation.follower import off_multiplier
 from stickslip.analysis.maps.protocol import Floats, MapND, domain_width, lengths, turned_near
 from stickslip.analysis.orbits.newton import padded, polish_on, solve_orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
+from stickslip.analysis.scales import CLOSE, ORBIT_NOISE, PASSING
 from stickslip.numerics.continuation import lagrange_weights
 
 if TYPE_CHECKING:
@@ -27,11 +28,7 @@ if TYPE_CHECKING:
 BEHIND: Final = 3  # places before a value, passed or known, that foretell it
 AHEAD: Final = 2  # known places ahead that do
 APART: Final = 1e-2  # of the way to a value: closer places tell only of their errors
-NEAR_ROOT: Final = 0.5  # share of an orbit that is seen in the square root of the distance
 ASTRAY: Final = 0.3  # of the way since the last place: how far an orbit may be from its guess
-FLOOR: Final = 1e-6  # of the domain's width: errors of a guess that count for nothing
-TINY: Final = 1e-10  # of the domain's width: after a Newton step this small, points are exact
-CLOSE: Final = 0.05  # of the domain's width: how far an orbit may be from the event that ends it
 MEETS: Final = ("fold", "transcritical", "pitchfork")  # where a curve turns, or crosses another
 ROOTS: Final = ("fold", "flip", "step limit")  # where points may move like a square root
 
@@ -76,7 +73,7 @@ class SampledOrbit:
     def _smooth(self, q: Floats) -> Floats:
         """Return coordinates in which the points are smooth near the last of these values."""
         low, high = float(self.values[0]), float(self.values[-1])
-        reach = NEAR_ROOT * (high - low)
+        reach = 0.5 * (high - low)  # to the nearer end
         if self.roots[0] and q[-1] - low <= reach:
             return np.sqrt(np.maximum(q - low, 0.0))
         if self.roots[1] and high - q[-1] <= reach:
@@ -131,7 +128,7 @@ def _width(f: Any) -> Any:
 def _solved(f: Any, guesses: list[Floats]) -> Iterator[tuple[Floats, Any]]:
     """Polish the orbits of one value all at once."""
     starts, periods = padded(guesses)
-    found = polish_on(f, starts, periods=periods, enough=TINY * domain_width(f))
+    found = polish_on(f, starts, periods=periods, enough=ORBIT_NOISE * domain_width(f))
     multipliers = np.where(found.converged, found.multipliers, np.nan)
     for points, p, multiplier in zip(found.points, periods, multipliers, strict=True):
         yield points[:p], multiplier
@@ -154,7 +151,7 @@ def _is_the_orbit(
         return False  # the other orbit of a fold
     last = course.passed[-1][1] if course.passed else sampled.points[0]
     way, off = (np.abs((now - other) / width).max() for other in (last, guess))
-    return bool(off <= ASTRAY * way + FLOOR)
+    return bool(off <= ASTRAY * way + CLOSE)
 
 
 # ------------------------------------------------------------------ from curves
@@ -209,7 +206,7 @@ def _sampled(
     for end, at in zip(ends, (0, len(values)), strict=True):
         near = values[-1 if at else 0]
         beyond = end.value > near if at else end.value < near
-        if beyond and (np.abs(end.points - points[-1 if at else 0]) < CLOSE * width).all():
+        if beyond and (np.abs(end.points - points[-1 if at else 0]) < PASSING * width).all():
             values, points = np.insert(values, at, end.value), np.insert(points, at, end.points, 0)
             multipliers = np.insert(multipliers, at, multipliers[-1 if at else 0], 0)
     columns = curve.points[listed].reshape(curve.points.shape[1], -1)

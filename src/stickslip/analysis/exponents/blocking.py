@@ -10,22 +10,23 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from stickslip.analysis.scales import IN_A_ROW
+
 if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats
 
 INDEPENDENT: Final = 0.99  # confidence of the test that blocks are no longer correlated
 LONGEST_CYCLE: Final = 512  # settled orbits up to this period are averaged over whole periods
-REPEATS: Final = 10  # periods over which values of a settled orbit recur
 
 
 def settled_period(values: Floats, tolerance: float) -> int:
     """Smallest period of the last rounds of an orbit, (n, ...); 0 if there is none."""
     values = values.reshape(len(values), -1)
-    longest = min(LONGEST_CYCLE, (len(values) - 1) // (REPEATS + 1))
+    longest = min(LONGEST_CYCLE, (len(values) - 1) // (IN_A_ROW + 1))
     last = values[::-1]
     near = np.flatnonzero((np.abs(last[1 : longest + 1] - last[0]) <= tolerance).all(axis=1)) + 1
     for period in near:
-        head = last[: REPEATS * period]
+        head = last[: IN_A_ROW * period]
         if np.all(np.abs(last[period : period + len(head)] - head) <= tolerance):
             return int(period)
     return 0

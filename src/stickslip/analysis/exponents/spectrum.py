@@ -12,6 +12,7 @@ from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.maps.arguments import check_values, space_family, space_map, space_points
 from stickslip.analysis.maps.protocol import lengths, measured, orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
+from stickslip.analysis.scales import FINE, ORBIT_NOISE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_STEPS, shown, whole_number
 from stickslip.checks import grid as grid_values
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import FamilyND, Floats, MapND, Modelled
 
 CHUNK: Final = 1 << 9  # steps from one word of progress to the next
-ZERO: Final = 1e-9  # exponents so small are rounding, of products over a cycle
-RECURS: Final = 1e-10  # of an orbit's size: a cycle recurs so closely, whatever the map rounds
 ALIGNING: Final = 100  # last steps of a transient, in which the frame turns to where it belongs
 
 
@@ -201,7 +200,7 @@ def _growth(
         logs = np.log(growth[aligning:])
         visited = np.concatenate(points)
         sizes = visited / unit
-        period = settled_period(sizes, RECURS * max(size, float(np.abs(sizes).max())))
+        period = settled_period(sizes, ORBIT_NOISE * max(size, float(np.abs(sizes).max())))
         if period:
             sizes = np.abs(multipliers_of(f.evaluate(visited[-period:]).derivative))[:k]
             sizes[np.isneginf(logs).any(axis=0)] = 0.0  # not the rounding of a product
@@ -238,7 +237,7 @@ def kaplan_yorke(values: Floats, logs: Floats) -> tuple[float, float]:
     finite = int(np.isfinite(sums).sum())
     # A volume that shrinks by no more than its error does not shrink: that of a flow's direction.
     errors = [blocking_error(logs[:, : k + 1].sum(axis=1)) for k in range(finite)]
-    full = int(np.count_nonzero(sums[:finite] >= -ZERO - np.array(errors)))
+    full = int(np.count_nonzero(sums[:finite] >= -FINE - np.array(errors)))
     if full == len(values) or np.isneginf(values[full]):
         return float(full), 0.0
     part = (sums[full - 1] if full else 0.0) / -values[full]

@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats
 
-SQUARE_ROOT_LEFT: Final = 1  # polynomials in sqrt(t): a square root at the left end of the cell
-SQUARE_ROOT_RIGHT: Final = 2  # ... in sqrt(1 - t): at the right end; else in t itself
-STRAIGHT: Final = 3  # straight lines; the slope is the third coefficient
+# Kinds of cells: polynomials in sqrt(t), where there is a square root at the left end of the cell;
+# in sqrt(1 - t), at the right end; straight lines, whose slope is the third coefficient; else (0)
+# polynomials in t itself.
+SQUARE_ROOT_LEFT, SQUARE_ROOT_RIGHT, STRAIGHT = 1, 2, 3
 TINY: Final = 1e-100  # stands for 0 where that would have to be divided by
 
 

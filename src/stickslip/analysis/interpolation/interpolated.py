@@ -29,6 +29,7 @@ from stickslip.analysis.maps.protocol import (
     shaped,
     values_and_slopes,
 )
+from stickslip.analysis.scales import FINE, HALVINGS, PROBED
 from stickslip.numerics.arrays import interval_of
 from stickslip.status import OK
 
@@ -38,18 +39,15 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Indices, Integers, Labels, Map1D
 
 
-FIT: Final = 1e-9  # of the range of values: cells are halved until their polynomials err less
 HALVES: Final = 4.0  # factor by which halving a cell reduces its error at least (16 if smooth)
 TILT: Final = 0.15  # of a cell's width times the wrong slope in its middle: error beside it
 SAFETY: Final = 4.0  # by which errors predicted from neighbouring nodes are taken larger
-MAX_ROUNDS: Final = 16  # of halving
 MAX_CELLS: Final = 20_000
 NARROW: Final = 0.25  # resolutions: cells narrower than this are left as they are
 SAMPLES: Final = 16  # of an interval whose branches are too narrow for the table
 APART: Final = 0.02  # of the way to the next sample: a step would make all orbits that meet one one
-PROBES: Final = 64  # random points at which a stand-in and the true map are compared
+PROBES: Final = PROBED  # random points at which a stand-in and the true map are compared
 GUIDE: Final = 4  # guide points per cell
-BETTER: Final = 0.25  # a polynomial in a square root must err by less than this share
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +215,7 @@ class _Construction:
 
     def __init__(self, table: BranchTable) -> None:
         self.table, self.f = table, table.f
-        self.allowed = FIT * table.laps.value_scale
+        self.allowed = FINE * table.laps.value_scale
         wide = np.flatnonzero(table.laps.cells.x1 > table.laps.cells.x0)
         self.cells = table.laps.cells.take(wide)
         # Cells with an infinite slope at one end hold a square root there.
@@ -228,7 +226,7 @@ class _Construction:
         self.error = _predicted_errors(self.cells, lap_of_cell[wide])
         self.label = table.labels_at(0.5 * (self.cells.x0 + self.cells.x1))
         self.breaks = np.array([b.d for b in table.breakpoints if b.kind != "smooth"])
-        for _ in range(MAX_ROUNDS):
+        for _ in range(HALVINGS):
             open_cells = (self.error > self.allowed) & self._wide()
             if not open_cells.any() or len(self.kind) > MAX_CELLS:
                 break
@@ -285,7 +283,8 @@ class _Construction:
         for kind, ends in ((SQUARE_ROOT_LEFT, cells.x0), (SQUARE_ROOT_RIGHT, cells.x1)):
             trial = np.where(best == 0, kind, best)
             other = np.abs(_values(cells, trial, x) - value)
-            better = (other < BETTER * off) & (off > self.allowed) & np.isin(ends, self.breaks)
+            # A square root must explain more than halving the cell would.
+            better = (other < off / HALVES) & (off > self.allowed) & np.isin(ends, self.breaks)
             best, off = np.where(better, trial, best), np.where(better, other, off)
         return best, off, plain
 

@@ -15,8 +15,7 @@ Integers = NDArray[np.int64]
 if TYPE_CHECKING:  # bound when the template is executed: functions of points as tuples
     step = load = store = inside = cell = cast("Any", None)
 
-NOWHERE = -1
-LEFT = -2
+NOWHERE, LEFT = -1, -2  # labels beside those of cells
 
 
 @kernel

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from stickslip.analysis.scales import HALF_DIGITS
 from stickslip.numerics.arrays import EPS, GOLDEN
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     Usable: TypeAlias = Callable[[Floats, Floats], Bools] | None
 
 COMPLEX_STEP: Final = 1e-30  # small enough that its square is nothing beside any real part
-STEEP: Final = 1e7  # slope that may be infinite: a float beside a root has hardly more
+STEEP: Final = 1 / HALF_DIGITS  # slope that may be infinite: a float beside a root has hardly more
 FIRST_STEP: Final = 1 / 64  # of the scale
 # Of a step, the next one. Over jumps of a sawtooth, n of them and m, steps of the ratio m / n agree
 # on a wrong slope: the square of the golden ratio is far from all such fractions.
@@ -29,7 +30,6 @@ APPROACH: Final = 0.7  # sides differ by f'' h: smaller with the step
 NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
 ORDER: Final = 4  # columns of the extrapolation table
 PARAMETER_STEP: Final = 1e-2  # of a parameter's scale: first step of differences in it
-SHARP: Final = 1e-7  # of a derivative: known so well it needs no other steps
 LIKE: Final = 1e-3  # of differences: a slope that was given may be this far from all of them
 
 
@@ -92,15 +92,17 @@ def parameter_difference(func: Callable[[Floats], Floats], now: float, n: int) -
     """Differentiate n values by a parameter of scale 1, or of its size where that is sharper."""
     start, step = np.full(n, now), PARAMETER_STEP / FIRST_STEP
     slope, error = extrapolated_difference(func, start, step * max(abs(now), 1.0))
-    rough = ~(error <= SHARP * np.abs(slope))
+    rough = ~(error <= HALF_DIGITS * np.abs(slope))
     smallest = np.finfo(np.float64).tiny / EPS  # of smaller ones steps are 0
     if smallest < abs(now) < 1 and rough.any():
         finer, doubt = extrapolated_difference(func, start, step * abs(now))
-        sharp = rough & (doubt <= SHARP * np.abs(finer))
+        sharp = rough & (doubt <= HALF_DIGITS * np.abs(finer))
         slope, error = np.where(sharp, finer, slope), np.where(sharp, doubt, error)
     # Close to a root-like break that moves, slopes are so large that short steps leave digits.
-    if (share_unknown(slope, error) > SHARP).any():
-        closer, doubt = extrapolated_difference(func, start, SHARP * step * max(abs(now), 1.0))
+    if (share_unknown(slope, error) > HALF_DIGITS).any():
+        closer, doubt = extrapolated_difference(
+            func, start, HALF_DIGITS * step * max(abs(now), 1.0)
+        )
         better = share_unknown(closer, doubt) < share_unknown(slope, error)
         slope = np.where(better, closer, slope)
     return slope

@@ -29,6 +29,7 @@ from stickslip.analysis.maps.user_function import (
     checked_callable,
     checked_parameters,
 )
+from stickslip.analysis.scales import FINE, PROBED
 from stickslip.checks import (
     MOST_KEPT,
     MOST_STEPS,
@@ -54,8 +55,6 @@ Pairs: TypeAlias = Sequence[tuple[float, float] | None]
 SECONDS: Final = (2.5e-5, 5e-8)  # of NumPy for a step of any number of points, and for a value
 WORTH_COMPILING: Final = 1.0  # seconds of NumPy's, of all calls: compiling takes as long
 MOST_OPERATIONS: Final = 2000  # of a formula: compiling takes some milliseconds for each
-N_PROBES: Final = 16  # points where the function is tried out
-TRACED_AGREES: Final = 1e-9  # recorded formula and function, relative to values
 
 
 class NumericFunction:
@@ -436,7 +435,7 @@ class Map(UserMap):
         unbounded = ~(np.isfinite(low) & np.isfinite(high))
         box = self._domain.copy()
         box[unbounded] = (-1.0, 1.0)
-        return box_points(box, N_PROBES)
+        return box_points(box, PROBED)
 
     def _try(self) -> None:
         """Refuse a function that fails, or returns other shapes."""
@@ -489,6 +488,6 @@ class Map(UserMap):
         x = self._probes
         values, check = (each.values(x, self._parameters) for each in (traced, plain))
         size = lengths(self) + np.abs(np.nan_to_num(check))
-        if not np.allclose(values / size, check / size, 0.0, TRACED_AGREES, equal_nan=True):
+        if not np.allclose(values / size, check / size, 0.0, FINE, equal_nan=True):
             return plain, "what it computes depends on the type of its argument"
         return traced, ""

@@ -11,7 +11,6 @@ import numpy as np
 
 from stickslip.analysis.maps.derived import EvaluatedMap, plain
 from stickslip.analysis.maps.differences import (
-    SHARP,
     are_near,
     complex_step,
     extrapolated_difference,
@@ -31,6 +30,7 @@ from stickslip.analysis.maps.user_function import (
     checked_parameters,
     takes_arrays,
 )
+from stickslip.analysis.scales import CLOSE, HALF_DIGITS, PROBED
 from stickslip.checks import Many, checked_interval, real_numbers, shown
 from stickslip.numerics.arrays import GOLDEN
 from stickslip.results.files import register_map
@@ -44,9 +44,7 @@ if TYPE_CHECKING:
 
 Breakpoints: TypeAlias = Sequence[float | str] | Callable[..., Sequence[float]]
 
-N_PROBES: Final = 64  # points where the ways to call and to differentiate are tried out
-SHARES: Final = np.asarray((0.5 + GOLDEN * np.arange(1, N_PROBES + 1)) % 1.0, dtype=np.float64)
-COMPLEX_AGREES: Final = 1e-6  # complex step and differences, relative: else it is not analytic
+SHARES: Final = np.asarray((0.5 + GOLDEN * np.arange(1, PROBED + 1)) % 1.0, dtype=np.float64)
 
 
 @suggests
@@ -274,10 +272,10 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         """Return slopes and errors; where differences tell little, by shorter ones."""
         func, same, (lo, hi) = self._values_inside, self._same_branch, self._domain
         slope, error = extrapolated_difference(func, x, hi - lo, same)
-        (rough,) = np.nonzero(share_unknown(slope, error) > SHARP)
+        (rough,) = np.nonzero(share_unknown(slope, error) > HALF_DIGITS)
         # Close to a root-like corner slopes are so large that such short steps leave digits.
         if rough.size:
-            closer, doubt = extrapolated_difference(func, x[rough], SHARP * (hi - lo), same)
+            closer, doubt = extrapolated_difference(func, x[rough], HALF_DIGITS * (hi - lo), same)
             better = share_unknown(closer, doubt) < share_unknown(slope[rough], error[rough])
             at = rough[better]
             slope[at], error[at] = closer[better], doubt[better]
@@ -433,7 +431,7 @@ class PiecewiseMap(UserMap, EvaluatedMap):
         except Exception:  # no complex arithmetic inside ``func``
             return False
         check, error = self._differences(x)
-        allowed = COMPLEX_AGREES * (1 + np.abs(check)) + 10 * error
+        allowed = CLOSE * (1 + np.abs(check)) + 10 * error
         return bool(np.all(np.abs(slope - check) <= allowed))
 
     def _breakpoints_with(self, parameters: Mapping[str, float]) -> Floats:

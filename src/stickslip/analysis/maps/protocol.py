@@ -36,8 +36,9 @@ Codes: TypeAlias = NDArray[np.integer[Any]]
 M = TypeVar("M", covariant=True)
 T = TypeVar("T")
 
-UNDEFINED: Final = -1  # the map's function returned NaN there: a gap
-OUTSIDE: Final = -2  # the argument is NaN or outside the domain: an orbit that has left
+# Statuses beside those of motions: the map's function returned NaN there, a gap; the argument is
+# NaN or outside the domain, an orbit that has left.
+UNDEFINED, OUTSIDE = -1, -2
 
 SAME: Final = 1e-12  # of a domain's width: positions so close agree, but for rounding
 EXACT: Final = 1e-13  # ... and those of one orbit or break that was solved for agree so well

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Function: TypeAlias = Callable[..., Any]
 
-LARGEST_LABEL: Final = 2.0**62
+LARGEST_LABEL: Final = 2.0 ** (np.iinfo(np.int64).bits - 2)
 
 
 class UserMap:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
 import numpy as np
 
+from stickslip.analysis.maps.protocol import SAME
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Labels, Map1D
 
 SHOWN: Final = 24  # orbits in a list's repr
-ON_CIRCLE: Final = 1e-12  # multipliers this close to the unit circle are taken for on it
 
 
 Orbit = TypeVar("Orbit", bound="AnyOrbit")
@@ -68,7 +68,7 @@ class AnyOrbit(Result):
     def _kind(self, multipliers: Any) -> str:
         """``stable``, ``unstable``, or ``neutral``: multipliers on the unit circle tell neither."""
         outermost = float(np.max(np.abs(multipliers), initial=0.0))
-        if abs(outermost - 1.0) <= ON_CIRCLE:
+        if abs(outermost - 1.0) <= SAME:
             return "neutral"
         return "stable" if self.stable else "unstable"
 

@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced
 from stickslip.analysis.orbits.newton import Solutions, monodromy, solve_orbits
 from stickslip.analysis.orbits.orbit import SHOWN, AnyOrbit, OrbitSequence, wanted_periods
+from stickslip.analysis.scales import FEW_SHOWN
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.numerics.waiting import doing
 from stickslip.results.parts import part
@@ -33,7 +34,6 @@ EARLY: Final = 4  # iterates of each, itself included
 LATE: Final = (32, 36)  # and those near attractors
 PARTS: Final = 16  # of a table of distances, to save memory
 SAME: Final = 1e-8  # of lengths and an orbit's size: points of one orbit, from different seeds
-MULTIPLIERS_SHOWN: Final = 3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,7 +96,7 @@ class PeriodicOrbitND(AnyOrbit):
         }
 
 
-def multipliers_text(multipliers: NDArray[np.complex128], shown: int = MULTIPLIERS_SHOWN) -> str:
+def multipliers_text(multipliers: NDArray[np.complex128], shown: int = FEW_SHOWN) -> str:
     """Write multipliers in decreasing modulus, a complex pair once."""
     kept = [value for value in multipliers if value.imag >= 0.0]
     texts = (f"{v.real:.8g}" + (f" ± {v.imag:.8g}i" if v.imag else "") for v in kept)

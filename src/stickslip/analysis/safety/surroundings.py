@@ -15,16 +15,15 @@ from stickslip.analysis.attractors.attractors import MAX_STEPS, spread_points
 from stickslip.analysis.attractors.basin_pieces import spread_over_open
 from stickslip.analysis.attractors.in_space.basins_nd import Estimate, binomial
 from stickslip.analysis.attractors.in_space.fates import (
-    HITS,
     LEFT,
     UNDECIDED,
     cells_of,
     fates,
     sample_values,
 )
-from stickslip.analysis.attractors.search import BLOCK
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.protocol import advance, apart, clip_to_domain, reduced
+from stickslip.analysis.scales import BLOCK, FEW, IN_A_ROW, SAMPLE
 from stickslip.analysis.work import Work
 from stickslip.numerics.waiting import doing
 from stickslip.numerics.zeros import halved
@@ -39,8 +38,6 @@ if TYPE_CHECKING:
 
     Indices = NDArray[np.integer[Any]]
 
-TYPICAL: Final = 256  # points kept of a chaotic motion
-NEIGHBOURS: Final = 32  # points of the attractor beside that of the shortest way
 ROUNDS: Final = 64  # of displacements that are tried, at most
 HALVINGS: Final = 40  # of the way across a boundary
 
@@ -92,7 +89,7 @@ class LineSurroundings:
         self.f, self.basins, self.k = f, basins, k
         self.attractor: Attractor = basins.attractors[k]
         self.fast = stand_in(f)
-        points = advance(self.fast, np.array([self.attractor.point]), 2 * TYPICAL)[0, -TYPICAL:]
+        points = advance(self.fast, np.array([self.attractor.point]), 2 * SAMPLE)[0, -SAMPLE:]
         orbit = self.attractor.orbit
         points = points[np.isfinite(points)] if orbit is None else orbit.points
         self.points = np.asarray(points)[:, None]
@@ -219,7 +216,7 @@ class SpaceSurroundings:
         del within  # the size of these is
         _, fate, steps = self._starts(n_samples)
         size = math.nan if self.cells is None else self.cells.size
-        return np.maximum(steps[fate == self.k] - HITS + 1.0, 0.0), size
+        return np.maximum(steps[fate == self.k] - IN_A_ROW + 1.0, 0.0), size
 
     def displacement(self, n_samples: int, rng: np.random.Generator) -> Displacement:
         """Shrink the distance until none of the smaller displacements tried leads elsewhere.
@@ -235,7 +232,7 @@ class SpaceSurroundings:
         for k in range(1, ROUNDS + 1):
             doing(f"displacements, round {k}: shortest so far {best.size:.6g}")
             away = np.linalg.norm(apart(self.f, self.points, best.base), axis=1)
-            close = np.argsort(away, kind="stable")[:NEIGHBOURS]
+            close = np.argsort(away, kind="stable")[:FEW]
             local = np.arange(n_samples) % 2 == 0
             base = np.where(
                 local, rng.choice(close, n_samples), rng.integers(len(away), size=n_samples)

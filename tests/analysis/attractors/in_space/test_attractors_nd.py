@@ -29,6 +29,7 @@ from stickslip.analysis.attractors.in_space.fates import Grid, cells_of, fates
 from stickslip.analysis.maps.map import kernels_of
 from stickslip.analysis.maps.protocol import box_points
 from stickslip.analysis.orbits.newton import solve_orbits
+from stickslip.analysis.scales import IN_A_ROW
 from stickslip.analysis.work import Work
 
 SIGMA = 4.0  # standard errors by which a sampled share may be off
@@ -82,7 +83,7 @@ def test_many_points_are_followed_compiled_with_the_same_fates(monkeypatch):
         raise AssertionError("not compiled")
 
     fate, steps = np.empty(2000, dtype=np.int16), np.empty(2000, dtype=np.int32)
-    limits = (where_points_end.HITS, 500, fate, steps)
+    limits = (IN_A_ROW, 500, fate, steps)
     where_points_end._fates_by_steps(f, x[:2000], cells, limits, Work())
     monkeypatch.setattr(where_points_end, "_fates_by_steps", refused)
     found = fates(f, x, cells, 500)

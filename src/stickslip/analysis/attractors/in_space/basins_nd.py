@@ -10,7 +10,6 @@ import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorListND
 from stickslip.analysis.attractors.in_space.fates import (
-    HITS,
     LEFT,
     UNDECIDED,
     UNFOLLOWED,
@@ -18,7 +17,9 @@ from stickslip.analysis.attractors.in_space.fates import (
     cells_of,
     fates,
 )
+from stickslip.analysis.attractors.lyapunov import GROWTH
 from stickslip.analysis.maps.protocol import Floats, MapND, orbits
+from stickslip.analysis.scales import IN_A_ROW, SAMPLE
 from stickslip.checks import MOST_VALUES, finite_number, one_each, shown, whole_number
 from stickslip.checks import grid as checked_values
 from stickslip.results.parts import part
@@ -30,10 +31,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors.in_space.fates import Labels
     from stickslip.analysis.work import Work
 
-CHECKED: Final = 256  # decided starts that are followed further
 LONGER: Final = 10  # median times of settling by which they are
-FEWEST: Final = 100  # steps more at least
-STRICTER: Final = 4  # times as many steps in cells, if some of the checked starts came elsewhere
 BLOCKS: Final = 4  # parts of a picture in each direction, whose dimensions are compared
 
 
@@ -227,17 +225,17 @@ def find_basins(
     x = f.spread(n_samples) if grid is None else made
     cells = cells_of(f, found)
     fate, steps = fates(f, x, cells, max_steps, work)
-    hits = HITS
+    hits = IN_A_ROW
     while True:
         decided = np.flatnonzero(fate >= 0)
-        checked = decided[:: max(1, len(decided) // CHECKED)][: 0 if work.interrupted else CHECKED]
+        checked = decided[:: max(1, len(decided) // SAMPLE)][: 0 if work.interrupted else SAMPLE]
         median = int(np.median(steps[checked])) if checked.size else 0
-        later = orbits(f, x[checked], median + max(FEWEST, LONGER * median))[:, -1]
+        later = orbits(f, x[checked], median + LONGER * max(IN_A_ROW, median))[:, -1]
         again = fates(f, later, cells, max_steps, hits=hits)[0]
         mistaken = int((again != fate[checked]).sum())
-        if not mistaken or STRICTER * hits > max_steps:
+        if not mistaken or GROWTH * hits > max_steps:
             break
-        hits *= STRICTER
+        hits *= GROWTH
         fate[decided], steps[decided] = fates(f, x[decided], cells, max_steps, work, hits)
     unfollowed = np.flatnonzero(fate == UNFOLLOWED) if work.interrupted else decided[:0]
     fate[unfollowed] = UNDECIDED

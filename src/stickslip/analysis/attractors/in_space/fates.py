@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.maps.map import kernels_of
-from stickslip.analysis.maps.protocol import Floats, Integers, MapND, reduced, sample, turns
+from stickslip.analysis.maps.protocol import SAME, Floats, Integers, MapND, reduced, sample, turns
+from stickslip.analysis.scales import HALVINGS, IN_A_ROW
 from stickslip.analysis.work import Work
 from stickslip.status import GIVEN_UP
 
@@ -21,13 +22,11 @@ if TYPE_CHECKING:
 
     Labels = NDArray[np.int16]
 
-HITS: Final = 10  # steps in a row in an attractor's cells, at first: the orbit has come to it
-HALVINGS: Final = 16  # of the cells, until none holds points of two attractors
 CORNERS: Final = 6  # dimension up to which all corners about a point are marked
 UNDECIDED, LEFT, UNFOLLOWED = -1, -2, -3
-BELOW: Final = 1.0 - 1e-12  # the end of a period belongs to its last cell
+BELOW: Final = 1.0 - SAME  # the end of a period belongs to its last cell
 MOST_CELLS: Final = 1 << 24  # of an array that holds all
-MOST_FOLLOWED: Final = 2**31 - 1  # steps of a start
+MOST_FOLLOWED: Final = int(np.iinfo(np.int32).max)  # steps of a start
 TYPICAL: Final = 64  # steps until a start is decided
 TILE: Final = 16384  # points that a thread follows in a row
 
@@ -151,7 +150,7 @@ def fates(
     cells: Cells | None,
     max_steps: int,
     work: Work | None = None,
-    hits: int = HITS,
+    hits: int = IN_A_ROW,
 ) -> tuple[Labels, NDArray[np.int32]]:
     """Return the label of the attractor that each point (m, n) comes to, and after how many steps.
 

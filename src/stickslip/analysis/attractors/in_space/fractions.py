@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from stickslip.analysis.attractors.in_space.fates import (
 from stickslip.analysis.attractors.in_space.search_nd import search_attractors, seeds
 from stickslip.analysis.maps.arguments import checked_parameter, map_of
 from stickslip.analysis.maps.protocol import FamilyND, Floats, Modelled, apart
+from stickslip.analysis.scales import FEW
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, grid, shown, whole_number
 from stickslip.numerics.waiting import waits
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.attractors.attractor import AttractorListND
     from stickslip.analysis.attractors.in_space.fates import Cells, Labels
-
-MATCHED: Final = 32  # points of an attractor that are followed at the next value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,12 +194,12 @@ class Known:
         """
         claims = []
         for number, points in self.points.items() if now else ():
-            fate = comes(points[-MATCHED:])
+            fate = comes(points[-FEW:])
             counts = np.bincount(fate[fate >= 0], minlength=len(now))
             if 2 * counts.max() > len(fate):
                 k = int(counts.argmax())
-                off = _away(f, widths, points[-MATCHED:], now[k])
-                off += _away(f, widths, now[k][-MATCHED:], points)
+                off = _away(f, widths, points[-FEW:], now[k])
+                off += _away(f, widths, now[k][-FEW:], points)
                 claims.append((off, number, k))
         known = {k: number for _, number, k in sorted(claims, reverse=True)}
         numbers = tuple(known[k] if k in known else next(self.new) for k in range(len(now)))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from stickslip.analysis.attractors.attractor import AttractorListND, AttractorND
-from stickslip.analysis.attractors.lyapunov import SIGMAS, LyapunovExponent
+from stickslip.analysis.attractors.lyapunov import SETTLING, SIGMAS, LyapunovExponent
 from stickslip.analysis.exponents.blocking import settled_period
 from stickslip.analysis.exponents.spectrum import exponent_along
 from stickslip.analysis.maps.arguments import space_points
@@ -28,6 +28,7 @@ from stickslip.analysis.maps.protocol import (
 )
 from stickslip.analysis.orbits.newton import solve_orbits
 from stickslip.analysis.orbits.orbits_nd import PeriodicOrbitND, is_minimal, make_orbit, same_points
+from stickslip.analysis.scales import CELLS, NEARBY
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,13 +38,10 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, MapND
     from stickslip.analysis.work import Work
 
-SETTLING: Final = 512  # steps of all starts before they are looked at, and while they are
 LONG: Final = 4096  # steps of an orbit on a set of its own, at first; points kept of an attractor
-RESOLUTION: Final = 1 / 256  # of the widths: of cells about cycles; of its size: of a set's reach
+RESOLUTION: Final = 1 / CELLS  # of the widths: of cells about cycles; of its size: of a set's reach
 REACH: Final = 2.0  # times the distance within which 0.95 of points have a neighbour: close
 RECURS: Final = 0.9  # share of an orbit's points close to earlier ones: it has settled
-MEETS: Final = 0.5  # ... close to those of another orbit: both are on one set
-CLOSE: Final = 1e-3  # of the widths: an orbit that repeats so well may be on a cycle
 UNFOLLOWED, LEFT = -1, -2  # fates of starts, beside the number of a set
 NEUTRAL: Final = 20.0  # growth of a tangent, logarithm, over an orbit that does not stretch
 
@@ -117,14 +115,14 @@ class Search:
         nearest = np.minimum.accumulate(distance, axis=1)
         closer = np.diff(nearest, axis=1, prepend=np.inf) < 0.0
         for p in range(1, distance.shape[1] + 1):
-            best = closer[:, p - 1] & (distance[:, p - 1] < CLOSE)
+            best = closer[:, p - 1] & (distance[:, p - 1] < NEARBY)
             rows = [i for i in np.flatnonzero(best) if found[i] < 0]
             if not rows:
                 continue
             got = solve_orbits(self.f, paths[rows, -p:])
             for k in np.flatnonzero(got.found):
                 moved = np.abs(apart(self.f, got.points[k], paths[rows[k], -p:])) / self.widths
-                if moved.max() < 10 * CLOSE and is_minimal(self.f, got.points[k]):
+                if moved.max() < 10 * NEARBY and is_minimal(self.f, got.points[k]):
                     parts = (got.points[k], got.jacobians[k], got.labels[k], got.residual[k])
                     orbit = make_orbit(self.f, *parts)
                     if orbit.stable:
@@ -156,7 +154,8 @@ class Search:
                 break
             made = self.recurring(path)
             if made.recurrence >= RECURS or steps + 2 * n > self.max_steps:
-                if (near := self._set_near(made.points, MEETS)) is None:
+                # Half of them close to those of another orbit: both are on one set.
+                if (near := self._set_near(made.points, 0.5)) is None:
                     self.sets.append(made)
                 k = len(self.sets) - 1 if near is None else near
                 break

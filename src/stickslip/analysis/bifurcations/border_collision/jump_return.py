@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from stickslip.analysis.attractors.attractors import MAX_STEPS
-from stickslip.analysis.attractors.search import BLOCK, LAST_PERIODS
+from stickslip.analysis.attractors.search import LAST_PERIODS
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, values_and_slopes
+from stickslip.analysis.scales import BLOCK, HALF_DIGITS
 
 if TYPE_CHECKING:
     from stickslip.analysis.branches.along.tracked import CriticalReading
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 OneSided: TypeAlias = "Breakpoint | CriticalReading"
 Fate = Literal["returns", "settles", "leaves", "wanders"]
 
-CLOSE: Final = 1e-7  # of the domain's width: u is linear there, and above rounding
 LEAST: Final = 1e-150  # contraction that is divided out at most: more of it leaves no number
 AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
 NONE: Final = (math.nan, math.nan)
@@ -69,7 +69,7 @@ def far_image(
     image = partial(FarImage, period, multiplier, *(local if local[1] == local[1] else NONE))
     while True:
         u = -side * (x - edge)
-        k = _first_beside(u, multiplier, period, CLOSE * width)
+        k = _first_beside(u, multiplier, period, HALF_DIGITS * width)
         if k is not None:
             # The contraction of whole turns beside the border is not the way back's.
             turns = min(k // period, int(math.log(LEAST) / math.log(multiplier)))
@@ -125,7 +125,7 @@ def _recurrence(orbit: Floats, width: float) -> int:
         return float(np.abs(last[m:] - last[:-m])[-m:].max())
 
     for m in range(1, len(last) // 2 + 1):
-        if off(m) <= SAME * width:  # less than a slow approach moves when CLOSE
+        if off(m) <= SAME * width:  # less than a slow approach moves when so close
             # On a slow approach from both sides, twice the period recurs more closely.
-            return next(q for q in range(1, m + 1) if m % q == 0 and off(q) <= CLOSE * width)
+            return next(q for q in range(1, m + 1) if m % q == 0 and off(q) <= HALF_DIGITS * width)
     return 0

@@ -17,7 +17,6 @@ from stickslip.analysis.bifurcations.outcome import LocalAttractor
 LONGEST: Final = 1_000_000  # steps of the corner's orbit on the left branch
 NONE: Final = LocalAttractor("none")
 UNDECIDED: Final = LocalAttractor("undecided")
-ROOT_CHAOS: Final = 2 / 3  # slope opposite a square root above which there is chaos at once
 
 
 def attractor_of_skew_tent(a: float, b: float, side: int = 1) -> LocalAttractor:
@@ -36,7 +35,7 @@ def attractor_of_skew_tent(a: float, b: float, side: int = 1) -> LocalAttractor:
     if (a - 1.0) * (-b - 1.0) > 1.0 and a > 1.0:
         return NONE  # the corner's second image is left of the unstable fixed point
     if math.isinf(b):  # a falling square root: the orbits L^n R, n without bound
-        if a > ROOT_CHAOS:
+        if a > 2 / 3:  # chaos at once
             return LocalAttractor("chaotic")
         return LocalAttractor("period-incrementing", base=1, offset=1)
     return _of_folded_map(a, b)

@@ -15,6 +15,7 @@ from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem
 from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Half, contained
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import Floats, MapFamily, domain_width
+from stickslip.analysis.scales import NEARBY
 from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import CurvePoint, StepControl, WalkEnd
 from stickslip.results.parts import part
@@ -29,7 +30,6 @@ ONE_SIDED: Final = ("left", "right", "left_slope", "right_slope")  # of a border
 CONTROL: Final = StepControl(first=1 / 64, smallest=1e-10, largest=1 / 16)  # of the range
 BENT: Final = 2e-3  # of the breakpoint's whole way: larger misses of a prediction halve a step
 STRAIGHT: Final = 2e-4  # ... and smaller ones double it
-SUDDEN: Final = 1e-3  # of the domain: a value that changes with a label by more has jumped
 JUMPED: Final = 0.1  # of a step's own way, likewise: no break bends so much in so little
 
 
@@ -164,7 +164,7 @@ class _BreakFollower(Follower):
         found = last.critical.at(f)
         steps = np.abs([found.left - last.left, found.right - last.right])
         # Where a branch is continued by another one smoothly, only the label changes.
-        if replaced_sides(last, found) and not np.nanmax(steps) <= SUDDEN * domain_width(f):
+        if replaced_sides(last, found) and not np.nanmax(steps) <= NEARBY * domain_width(f):
             raise ConditionLost(f"the {last.kind} at {last.x:.12g} meets another break, or splits")
         return found
 

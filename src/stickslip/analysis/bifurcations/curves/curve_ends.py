@@ -19,13 +19,13 @@ from stickslip.analysis.bifurcations.crisis.comparison import KINDS, kind_of_cha
 from stickslip.analysis.bifurcations.crisis.crises import NUDGES, TOUCHING
 from stickslip.analysis.bifurcations.curves.curve_events import Event, break_beside, map_at, meeting
 from stickslip.analysis.bifurcations.curves.plane_equations import (
-    CLOSE,
     changed_labels,
     moved,
     replaced_sides,
 )
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
 from stickslip.analysis.maps.protocol import Floats, domain_width
+from stickslip.analysis.scales import FINE, HALF_DIGITS
 from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepTooLong, lagrange_weights
 
 if TYPE_CHECKING:
@@ -38,10 +38,9 @@ if TYPE_CHECKING:
 
     Distance: TypeAlias = Callable[[CurvePoint], float]
 
-LOOK_AHEAD: Final = tuple(CLOSE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
+LOOK_AHEAD: Final = tuple(FINE * 4.0**k for k in range(10))  # scaled lengths, beyond the end
 LOOK_BACK: Final = (-4e-6, -8e-6, -12e-6)  # where distances are extrapolated from, before it
 LOOK_ON: Final = tuple(-length for length in LOOK_BACK)  # ... and beyond
-BELIEVED: Final = 1e-7  # scaled: how far that may move the end
 HIDDEN: Final = "hidden"
 NOTHING: Final = "nothing"
 LOOKS: Final = 4  # rows to either side of a start that are looked at where none is in doubt
@@ -132,7 +131,7 @@ def _extrapolated(
         return None
     # The way along the curve as a quadratic function of the distance, where that is zero.
     way = float(np.dot(lagrange_weights(gaps, 0.0), lengths))
-    if abs(way) > BELIEVED:
+    if abs(way) > HALF_DIGITS:
         return None
     return replace(last, y=_lagrange(before, way))
 

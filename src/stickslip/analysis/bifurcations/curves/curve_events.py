@@ -18,6 +18,7 @@ from stickslip.analysis.bifurcations.conditions.conditions import Collision, Con
 from stickslip.analysis.bifurcations.curves.plane_equations import changed_labels, closest_to_end
 from stickslip.analysis.bifurcations.normal_forms import flip_coefficient
 from stickslip.analysis.branches.along.tracked import TrackedDiscontinuity, break_between
+from stickslip.analysis.maps.differences import LIKE
 from stickslip.numerics.continuation import ArclengthCurve, CurvePoint, LeavesRegion, StepTooLong
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 # Kind and meaning of an event, and what vanishes there.
 Quantity: TypeAlias = tuple[str, str, Callable[[CurvePoint], float]]
 
-REMAINDER: Final = 1e-3  # of the values around: a change of sign that leaves more is a pole
 SIDES: Final = {-1: "left", 1: "right"}
 MEANINGS: Final = {
     1: "the colliding orbit also folds",
@@ -61,7 +61,8 @@ def events_between(
             node = curve.between(a, b, quantity)
         except (StepTooLong, LeavesRegion):
             continue
-        if abs(quantity(node)) <= REMAINDER * max(abs(first), abs(second)):
+        # A change of sign that leaves more is a pole.
+        if abs(quantity(node)) <= LIKE * max(abs(first), abs(second)):
             yield Event(kind, what, node)
     if _kind(a.note) != _kind(b.note):
         yield _changed_kind(equations, a, b)

@@ -32,6 +32,7 @@ from stickslip.analysis.continuation.curve import Curve, CurveEnd, CurveEvent, P
 from stickslip.analysis.continuation.follower import MAX_POINTS, Follower, Half, Passed, contained
 from stickslip.analysis.maps.arguments import checked_parameter
 from stickslip.analysis.maps.protocol import Floats, MapFamily, domain_width
+from stickslip.analysis.scales import FINE, ON_CURVE
 from stickslip.checks import checked_interval
 from stickslip.numerics.continuation import LeavesRegion, StepControl, StepTooLong
 from stickslip.results.parts import part
@@ -45,12 +46,8 @@ if TYPE_CHECKING:
 
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-7, largest=1 / 32, patience=100)
-START: Final = 1e-4  # of a parameter: how far off the start of a curve, or a guess, may be
 SUDDEN: Final = 4.0  # times the last velocity of the orbit: a jump, or a step to be halved
-FLOOR: Final = 1e-4  # of the domain: smaller moves of the orbit are no jumps
-THIN: Final = 1e-4  # scaled: the approach to an end is not kept, only the end
 KIND: Final = "bifurcation: "  # before the kind of a bifurcation in that of its curve
-MARGINAL: Final = 1e-9  # multipliers this close to the unit circle do not attract
 
 
 class PlaneProblem(Problem):
@@ -77,7 +74,7 @@ class BifurcationProblem(PlaneProblem):
         system, other = self.system, other_parameter(curve, name)
         (guess,) = self.guess(curve, row, share, name).tolist()
         widths = np.abs(np.diff(curve.parameters[other]))
-        step = max(float(widths.max(initial=0.0)), START * abs(guess))
+        step = max(float(widths.max(initial=0.0)), ON_CURVE * abs(guess))
         try:
             found = solve_near(
                 self.conditions[row + round(share)],
@@ -113,7 +110,7 @@ def follow_bifurcation(
     low, high = range
     try:
         start = solve_near(
-            item.condition, lambda t: plane.map_at(t, s), q, step=START * max(abs(q), START)
+            item.condition, lambda t: plane.map_at(t, s), q, step=ON_CURVE * max(abs(q), ON_CURVE)
         )
         kind = FoldEquations if isinstance(start.reading.condition, Fold) else PlaneEquations
         equations: Equations = kind.at(plane, start.reading, start.value, s, high - low)
@@ -155,7 +152,7 @@ def checked_plane(
 class PlaneFollower(Follower):
     """Follows a bifurcation in the plane of two parameters, the last unknowns of its equations."""
 
-    marginal = MARGINAL
+    marginal = FINE  # multipliers this close to the unit circle do not attract
 
     def __init__(
         self, kind: str, plane: Plane, low: float, high: float, control: StepControl
@@ -221,7 +218,7 @@ class _ConditionFollower(PlaneFollower):
         """Let the orbit move as it may, and remember it."""
         step = float(np.linalg.norm((new.y - here.y) / self.equations.scale))
         moved = float(np.max(np.abs(np.subtract(new.note.points, here.note.points))))
-        floor = FLOOR * domain_width(self.equations.plane.system)
+        floor = ON_CURVE * domain_width(self.equations.plane.system)
         if moved > max(SUDDEN * self.velocity * step, floor):
             raise StepTooLong("the orbit jumps")
         self.velocity = max(moved, floor) / step
@@ -241,7 +238,7 @@ class _ConditionFollower(PlaneFollower):
         last = closest_to_end(self.equations, half.rows[-1], 2 * CONTROL.smallest)
         event = end_event(self.equations, last)
         scale = self.equations.scale
-        kept = [row for row in half.rows if np.linalg.norm((row.y - last.y) / scale) > THIN]
+        kept = [row for row in half.rows if np.linalg.norm((row.y - last.y) / scale) > ON_CURVE]
         half.rows = [*(kept or half.rows[:1]), event.node]
         half.events = [replace(item, row=min(item.row, len(half.rows) - 1)) for item in half.events]
         if event.kind:

@@ -18,24 +18,20 @@ from stickslip.analysis.bifurcations.conditions.conditions import Fold, fold_rea
 from stickslip.analysis.bifurcations.conditions.locate import solve_near
 from stickslip.analysis.bifurcations.conditions.orbit_paths import Path, bend, path_of
 from stickslip.analysis.branches.along.tracked import ConditionLost, TrackedDiscontinuity
+from stickslip.analysis.continuation.borders import FIRST_CHANGE
 from stickslip.analysis.maps.protocol import Floats, domain_width
+from stickslip.analysis.scales import DIFFERENCE, FINE, HALF_DIGITS, NEARBY
 
 if TYPE_CHECKING:
     from stickslip.analysis.bifurcations.conditions.conditions import Condition, Reading
     from stickslip.analysis.branches.along.tracked import CriticalReading
     from stickslip.numerics.continuation import CurvePoint
 
-DIFFERENCE: Final = 1e-5  # of a scale: second derivatives of maps, and functions of R^n
-FOLD_DIFFERENCE: Final = 1e-6  # of a parameter's scale: derivatives of values and slopes
-REMEMBERED: Final = 1e-7  # scaled: the shortest step that tells the slopes, which may change fast
 MOST_DOUBTS: Final = 3  # such changes in a row, after which the gradient is taken anew
-SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale
-FLAT: Final = 1e-3  # ... and of the range of the other one, likewise, where it is about 0
+SMALLEST: Final = 0.25  # of the parameter solved for: its smallest scale, unless it is about 0 ...
+LEAST: Final = 1e-3  # ... of its range, as of a domain: smallest scale of any unknown
 LARGEST: Final = 10.0  # of either: its largest scale
-MOVES: Final = 1e-3  # of the domain: smallest scale of an orbit's point
 CLOSER: Final = (1e-2, -1e-2, 1e-4, -1e-4)  # of that, where a break is in the way
-CLOSE: Final = 1e-9  # scaled: how far an end is closed in on
-NEAR: Final = 1e-3  # of the domain: the orbit moves less than that on the way
 ASIDE: Final = 1e-2  # of such a step: how far the curve may be from its tangent
 
 
@@ -74,7 +70,7 @@ class PlaneEquations:
     def at(cls, plane: Plane, start: Reading, q: float, s: float, width: float) -> PlaneEquations:
         """Set the scales (``width``: of ``along``), take the first gradient by differences."""
         here = np.array([q, s])
-        steps = REMEMBERED * np.array([max(abs(q), FLAT * width), width])
+        steps = HALF_DIGITS * np.array([max(abs(q), LEAST * width), width])
         gradient = _gradient(plane, start.condition, here, steps)
         by_q, by_s = gradient.tolist()
         steep = width * abs(by_s / by_q) if by_q != 0 else math.inf
@@ -102,7 +98,7 @@ class PlaneEquations:
         else:
             here, condition = min(self.accepted, key=lambda at: float(np.abs(at[0] - y).max()))
         with contextlib.suppress(ConditionLost):
-            self.gradient = _gradient(self.plane, condition, here, REMEMBERED * self.scale)
+            self.gradient = _gradient(self.plane, condition, here, HALF_DIGITS * self.scale)
         self.last, self.doubts = None, 0
 
     def accept(self, y: Floats, reading: Reading) -> None:
@@ -117,7 +113,7 @@ class PlaneEquations:
         if self.last is not None:
             step = (y - self.last[0]) / self.scale
             length = float(step @ step)
-            if length > REMEMBERED**2:
+            if length > HALF_DIGITS**2:  # shorter ones tell no slopes, which may change fast
                 slopes = self.gradient * self.scale
                 change = (value - self.last[1] - slopes @ step) / length * step
                 # A change larger than the gradient itself comes from a jump, and the point will be
@@ -132,7 +128,7 @@ class PlaneEquations:
 
 def scale_between(steep: float, q: float, width: float) -> float:
     """Bound the scale of the parameter solved for, known from the slope of the curve's start."""
-    smallest = max(SMALLEST * abs(q), FLAT * width)
+    smallest = max(SMALLEST * abs(q), LEAST * width)
     return min(max(steep, smallest), LARGEST * max(abs(q), width))
 
 
@@ -167,13 +163,13 @@ class FoldEquations:
         """Set the scales; parameters as for `PlaneEquations.at`."""
         assert isinstance(start.condition, Fold)
         domain = domain_width(plane.system)
-        rough = np.array([domain, max(abs(q), FLAT * width), width])
+        rough = np.array([domain, max(abs(q), LEAST * width), width])
         equations = cls(plane, start.condition.period, rough)
         jacobian = equations(np.array([start.points[0], q, s]))[1]
         # How far x and solve_for move while along crosses its range.
         along = np.linalg.lstsq(jacobian[:, :2], -jacobian[:, 2], rcond=None)[0]
         moves, steep = (np.abs(along) * width).tolist()
-        equations.scale[0] = min(max(moves, MOVES * domain), domain)
+        equations.scale[0] = min(max(moves, LEAST * domain), domain)
         equations.scale[1] = scale_between(steep, q, width)
         return equations
 
@@ -183,7 +179,7 @@ class FoldEquations:
         f = self.plane.map_at(q, s)
         path, slope, curvature = bend(f, self.period, x, DIFFERENCE * domain_width(f))
         value = path.points[-1] - x
-        steps = FOLD_DIFFERENCE * self.scale
+        steps = FIRST_CHANGE * self.scale
         columns = [self._moved(y, k, steps[k], path, slope) for k in (1, 2)]
         jacobian = np.column_stack([(slope - 1.0, curvature), *columns])
         return np.array([value, slope - 1.0]), jacobian, fold_reading(f, path, curvature, value)
@@ -224,7 +220,7 @@ Equations: TypeAlias = PlaneEquations | FoldEquations
 
 def closest_to_end(equations: Equations, last: CurvePoint, step: float) -> CurvePoint:
     """Go on from the last point of a walk as far as there are points, halving a too long step."""
-    while step > CLOSE:
+    while step > FINE:
         step *= 0.5
         try:
             last = moved(equations, last, step)
@@ -240,7 +236,7 @@ def moved(equations: Equations, last: CurvePoint, length: float) -> CurvePoint:
     q, s = (last.y + length * equations.scale * last.tangent)[-2:].tolist()
     # Orthogonal to the curve in the scaled plane.
     normal = np.array([along_s * scale_q, -along_q * scale_s]) / math.hypot(along_q, along_s)
-    near = NEAR * domain_width(plane.system)
+    near = NEARBY * domain_width(plane.system)
     first = last.note.condition.at(plane.map_at(q, s))
     if not _same(last.note, first, near):
         raise ConditionLost("another orbit")

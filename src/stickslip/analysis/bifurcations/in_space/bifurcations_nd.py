@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 
 import numpy as np
 
-from stickslip.analysis.attractors.attractors import attractors
+from stickslip.analysis.attractors.attractors import N_STARTS, attractors
 from stickslip.analysis.bifurcations.accounting import BESIDE, Look, accounted
 from stickslip.analysis.bifurcations.bifurcation import (
     Bifurcation,
@@ -24,6 +24,7 @@ from stickslip.analysis.bifurcations.outcome import AttractorOutcome, OrbitOutco
 from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced, widths
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
+from stickslip.analysis.scales import FINE, ON_CURVE, PASSING
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.numerics.processes import in_processes
@@ -36,15 +37,11 @@ if TYPE_CHECKING:
     from stickslip.analysis.orbits.orbits_nd import OrbitListND, PeriodicOrbitND
 
 N_LISTS: Final = 12
-N_STARTS: Final = 64
 SHARE: Final = 0.3  # ... and of the way to the next event
 CLOUD: Final = 48  # guesses about an orbit, ...
 NEAREST: Final = 1e-5  # ... from this share of the domain to ...
 NEAR: Final = 1e-2  # ... this share of it, or ...
-RETURNS: Final = 0.05  # of the domain: an orbit that comes back so near is a guess
 REACH: Final = 4.0  # ... this times the root of the share of the range
-SAME_VALUE: Final = 1e-9  # of the range, beside the errors: events that coincide
-SAME_POINTS: Final = 1e-4
 NARROW: Final = 2e-4  # of the range: a change of the attractors so well bracketed is listed
 LOOKING: Final = 24  # starts of each look at the attractors
 MOST_LOOKS: Final = 64  # beside those on the grid and at events
@@ -188,7 +185,7 @@ class OrbitSurvey:
             paths = orbits(f, x, self.max_period)
             off = np.abs(apart(f, paths, x[:, None]) / self.size).max(axis=2)
             for p in range(1, self.max_period + 1):
-                for orbit in distinct_orbits(f, paths[off[:, p] < RETURNS, :p]):
+                for orbit in distinct_orbits(f, paths[off[:, p] < PASSING, :p]):
                     self._follow(orbit, q)
 
     def _sides(self, value: float) -> list[float]:
@@ -249,13 +246,13 @@ class OrbitSurvey:
 
     def _same(self, one: Bifurcation, other: Bifurcation) -> bool:
         """Tell whether two ends or events are one; orbits of several periods meet a border."""
-        off = abs(one.value - other.value) - SAME_VALUE * self.width
+        off = abs(one.value - other.value) - FINE * self.width
         turns, rest = divmod(one.period, other.period)
         if one.kind != other.kind or off > one.error + other.error or rest:
             return False
         points = np.tile(other.points, (turns, 1))
         borders = one.kind == "border_collision"
-        return (borders or turns == 1) and same_points(self.f, one.points, points, SAME_POINTS)
+        return (borders or turns == 1) and same_points(self.f, one.points, points, ON_CURVE)
 
     def _passed(self, item: CurveEvent) -> Bifurcation:
         note = f"rotation {item.rotation:.10g}" if item.kind == "neimark_sacker" else ""
@@ -290,7 +287,7 @@ class OrbitSurvey:
     def clear_sides(self, value: float) -> tuple[float, float]:
         """Values just below and above an event, and far from all others."""
         away = np.abs(self.values - value)
-        others = away[away > SAME_VALUE * self.width]
+        others = away[away > FINE * self.width]
         off = min(BESIDE * self.width, SHARE * others.min(initial=np.inf))
         return value - off, value + off
 
@@ -336,7 +333,7 @@ class OrbitSurvey:
         )
         off = (values - value) * np.sign(q - value)
         inner = int(np.argmax(off >= abs(q - value)))
-        if not inner or (off[1:inner] < -SAME_VALUE * self.width).any():
+        if not inner or (off[1:inner] < -FINE * self.width).any():
             return None
         share = (q - values[inner - 1]) / (values[inner] - values[inner - 1])
         guess = points[inner - 1] + share * (points[inner] - points[inner - 1])

@@ -6,6 +6,7 @@ Folds, flips and Neimark-Sacker bifurcations are one condition: a multiplier exp
 
 from __future__ import annotations
 
+import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -22,8 +23,7 @@ from stickslip.analysis.bifurcations.curves.curves import (
     other_parameter,
 )
 from stickslip.analysis.bifurcations.curves.plane_equations import (
-    DIFFERENCE,
-    MOVES,
+    LEAST,
     Plane,
     scale_between,
 )
@@ -32,6 +32,7 @@ from stickslip.analysis.continuation.follower import Passed, first_point
 from stickslip.analysis.continuation.orbit_equations import Departure, Linearized, OrbitEquations
 from stickslip.analysis.maps.protocol import lengths, measured, sample, widths
 from stickslip.analysis.orbits.newton import shooting_matrix
+from stickslip.analysis.scales import CLOSE, DIFFERENCE, FINE, NEARBY
 from stickslip.numerics.continuation import CurvePoint, LeavesRegion, StepControl, WalkEnd
 from stickslip.results.parts import part
 from stickslip.status import OK
@@ -46,14 +47,11 @@ if TYPE_CHECKING:
     from stickslip.analysis.work import Work
 
 CONTROL: Final = StepControl(first=0.01, smallest=1e-11, largest=1 / 32, patience=24)
-NEAR: Final = 1e-3  # of the domain: how far off the start of a curve may be
 ANGLES: Final = {"fold": 0.0, "flip": np.pi}
 BORDERS: Final = ("border_collision", "enters_gap")
-NEAREST: Final = 1e-6  # of the domain: labels are compared so far to both sides of a border
-JUST_INSIDE: Final = 1e-9  # of the domain: where a map is read at its border
 SHARES: Final = np.geomspace(1e-12, 0.1, 12)  # of the domain: ways to a border that are tried
 PARTS: Final = 4  # of a bracket of a border, at once: maps may be expensive
-ROUNDS: Final = 26  # ... down to rounding
+ROUNDS: Final = sys.float_info.mant_dig // (PARTS.bit_length() - 1)  # ... down to rounding
 ROUGHLY: Final = ROUNDS // 2  # ... for differences, on which only Newton's steps depend
 RESONANCES: Final = {
     "resonance 1:1": 0.0,
@@ -241,7 +239,7 @@ class BorderEquations(PlaneOrbit):
             count = sum(g is not None for g in pair)
             row[k - 2] = (here[0] - here[1]) / (count * DIFFERENCE * self.widths[k])
         inside = points.copy()
-        inside[self.index] += min(distance - JUST_INSIDE, 0.0) * self.way
+        inside[self.index] += min(distance - FINE, 0.0) * self.way
         residual, jacobian, note = self.orbit(f, inside, s)
         shift = ((points - inside) / self.unit).ravel()
         residual = residual + jacobian[:, :-2] @ shift
@@ -289,7 +287,7 @@ class BorderEquations(PlaneOrbit):
         for index in range(len(points)):
             for way in (*axes, *-axes):
                 self.index, self.way = index, way
-                near = self._inside(f, points[index, None], np.array([[-NEAREST, NEAREST]]))[0]
+                near = self._inside(f, points[index, None], np.array([[-CLOSE, CLOSE]]))[0]
                 if near[0] and not near[1]:
                     slopes = self(y)[1][-1, index * len(way) :][: len(way)]
                     k = int(np.argmax(np.abs(slopes) * self.size / self.unit))
@@ -329,12 +327,12 @@ class CriticalFollower(PlaneFollower):
         # How far all else moves while the parameter crosses its range.
         moves = width * np.abs(np.linalg.lstsq(jacobian[:, :-1], -jacobian[:, -1], rcond=None)[0])
         domain = np.tile(size / unit, len(points))
-        reach = np.clip(moves[: domain.size], MOVES * domain, domain)
+        reach = np.clip(moves[: domain.size], LEAST * domain, domain)
         steep = scale_between(float(moves[-1]), q, width)
         scale = np.array([*reach, *np.ones(len(turn)), steep, width])
         self.equations.widths = steep, width
         self.curve = self.line(self.equations, scale)
-        near = NEAR * float((domain / reach).max())
+        near = NEARBY * float((domain / reach).max())
         return first_point(self.curve, y, wrong, near, self.equations.points)
 
     def points(self, point: CurvePoint) -> Floats:
