@@ -25,12 +25,12 @@ import stickslip as ss
 from stickslip.analysis.attractors.lyapunov import lyapunov_exponent
 from stickslip.analysis.exponents.spectrum import (
     ALIGNING,
-    CHUNK,
     kaplan_yorke,
     lyapunov_spectra,
     lyapunov_spectrum,
 )
 from stickslip.analysis.orbits.periodic import periodic_orbits
+from stickslip.analysis.scales import BLOCK
 from stickslip.results.files import load, save
 
 ROUNDING = 1e-12
@@ -134,7 +134,7 @@ def test_volumes_shrink_by_the_determinant():
         assert got.values.sum() == pytest.approx(rate, abs=ROUNDING)
 
 
-@pytest.mark.parametrize("n", [500, CHUNK - ALIGNING + 1])  # a step in the last piece
+@pytest.mark.parametrize("n", [500, BLOCK - ALIGNING + 1])  # a step in the last piece
 def test_a_cycle_has_the_exponents_of_its_multipliers(n):
     f = henon(1.0)  # where a cycle of period 4 attracts
     (cycle,) = periodic_orbits(f, period=4).stable

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 MAX_PERIOD: Final = 16  # unstable orbits that are recognised
-RECURS: Final = 1e-5  # of the domain's width: an edge's orbit this close to recurring is tried
+RESOLUTION: Final = 1e-5  # of the domain's width: of pieces, and of edges' orbits that recur
 MAX_SLIVERS: Final = 2000  # edges that are followed; more occur only among interwoven basins
 
 # Where motions are given up, or come there: as decided as it ever will be.
@@ -373,7 +373,7 @@ def _orbit_cause(f: Map1D, orbit: Floats, error: Floats, known: list[Cycle]) -> 
         # Beyond so large an error an orbit tells nothing.
         if not np.isfinite(orbit[order + MAX_PERIOD]) or error[order] > NEARBY * domain_width(f):
             return None
-        close = max(RECURS * domain_width(f), error[order])
+        close = max(RESOLUTION * domain_width(f), error[order])
         for period in range(1, MAX_PERIOD + 1):
             if abs(orbit[order + period] - orbit[order]) > close:
                 continue
@@ -387,7 +387,7 @@ def _orbit_cause(f: Map1D, orbit: Floats, error: Floats, known: list[Cycle]) -> 
 
 
 def _cycle_at(f: Map1D, points: Floats, known: list[Cycle]) -> Cycle | None:
-    close = RECURS * domain_width(f)
+    close = RESOLUTION * domain_width(f)
     for cycle in known:
         if len(points) % cycle.period == 0 and np.min(np.abs(cycle.points - points[0])) <= close:
             return cycle

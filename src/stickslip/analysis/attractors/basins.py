@@ -12,6 +12,7 @@ from stickslip.analysis.attractors.attractor import AttractorList, AttractorList
 from stickslip.analysis.attractors.attractors import MAX_STEPS, attractors, checked_found
 from stickslip.analysis.attractors.basin_pieces import (
     LOST,
+    RESOLUTION,
     EdgeCause,
     Pieces,
     explain,
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Floats, Integers, Map1D, Modelled
 
 
-RESOLUTION: Final = 1e-5  # of the domain's width: ... or this, if there are too many pieces
 MANY: Final = 4096  # undecided pieces from which on basins count as interwoven
 MAX_CUT: Final = 1 << 15  # undecided pieces of all rounds together: the rest is sampled
 WORTH: Final = 0.1  # of what is open: a round on many pieces that decides less is the last

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from stickslip.analysis.branches.discontinuities import TOGETHER
+from stickslip.analysis.branches.table import LOCATED
 from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.exponents.spectrum import checked_steps_of_mean, largest_exponents
 from stickslip.analysis.interpolation.interpolated import PROBES, stand_in
@@ -24,7 +26,7 @@ from stickslip.analysis.maps.protocol import (
 )
 from stickslip.analysis.maps.rotation import OrbitMean
 from stickslip.analysis.orbits.newton import polish_on
-from stickslip.analysis.scales import ORBIT_NOISE, RECOGNISED
+from stickslip.analysis.scales import FEW, ORBIT_NOISE, RECOGNISED
 from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
@@ -35,14 +37,10 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Bools, Floats, Map1D, Modelled
 
-TOGETHER: Final = 16  # orbits from which on one call per step is cheaper than two per orbit
 SETTLING: Final = 512  # steps in which orbits come to where they stay, or leave such a cycle
-SHAKE: Final = 1e-14  # of the domain's width: how far points are moved then
 MANY: Final = 50_000  # steps from which on an interpolation of the map pays
-ENSEMBLE: Final = 32  # orbits from which a chaotic motion is sampled together
 SAMPLES: Final = 1 << 15  # slopes evaluated together, averaged for an exponent, and searched for
-# cycles: at first ...
-MAX_SAMPLES: Final = 1 << 20  # ... at most
+# cycles, from all orbits at first, from each at last
 GROWTH: Final = 4  # factor from one sample to the next, until the exponent's sign is clear
 SIGMAS: Final = 5  # error bars by which the exponent of chaos must exceed zero
 CLEAR: Final = 2 * SIGMAS  # ... and by which it is then away from zero
@@ -237,7 +235,7 @@ def _perturbed_orbit(f: Map1D, x: Floats, n: int, rng: np.random.Generator) -> F
 def perturbed(f: Map1D, x: Floats, rng: np.random.Generator) -> Floats:
     """Move points by a few roundings at random, inside the domain."""
     low, high = f.domain
-    moved = x + SHAKE * (high - low) * rng.uniform(-1, 1, len(x))
+    moved = x + LOCATED * (high - low) * rng.uniform(-1, 1, len(x))
     return np.clip(np.where((moved < low) | (moved > high), 2 * x - moved, moved), low, high)
 
 
@@ -245,7 +243,7 @@ class ChaoticMotion:
     """Independent orbits that start all over a trapping region, long enough to forget that."""
 
     def __init__(self, f: Map1D, bands: Floats) -> None:
-        steps, x = SAMPLES // ENSEMBLE, _spread_over(bands)
+        steps, x = SAMPLES // FEW, _spread_over(bands)
         x = advance(f, x, steps)[:, -1]
         while True:
             self.values, self.slopes = trace(f, x, steps)
@@ -255,7 +253,7 @@ class ChaoticMotion:
                 break
             self.exponent = mean_of_logs(self.slopes)
             value, error = self.exponent
-            if abs(value) > CLEAR * error or steps * ENSEMBLE > MAX_SAMPLES:
+            if abs(value) > CLEAR * error or steps > SAMPLES:
                 break
 
 
@@ -263,8 +261,8 @@ def _spread_over(bands: Floats) -> Floats:
     """One random point in each of equal parts of a union of intervals."""
     lengths = bands[:, 1] - bands[:, 0]
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
-    places = np.arange(ENSEMBLE) + np.random.default_rng(0).random(ENSEMBLE)
-    at = starts[-1] * places / ENSEMBLE
+    places = np.arange(FEW) + np.random.default_rng(0).random(FEW)
+    at = starts[-1] * places / FEW
     k = np.clip(np.searchsorted(starts, at, side="right") - 1, 0, len(bands) - 1)
     return np.asarray(np.minimum(bands[k, 0] + at - starts[k], bands[k, 1]))
 

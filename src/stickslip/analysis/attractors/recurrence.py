@@ -16,7 +16,15 @@ from stickslip.analysis.attractors.lyapunov import SAMPLES
 from stickslip.analysis.maps.protocol import SAME, advance, domain_width, sample
 from stickslip.analysis.orbits.newton import padded, polish_on
 from stickslip.analysis.orbits.orbit import PeriodicOrbit, orbit_of
-from stickslip.analysis.scales import CLOSE, HALF_DIGITS, IN_A_ROW, NEARBY, PASSING
+from stickslip.analysis.scales import (
+    BLOCK,
+    CLOSE,
+    HALF_DIGITS,
+    IN_A_ROW,
+    NEARBY,
+    ON_THE_WAY,
+    PASSING,
+)
 from stickslip.numerics.arrays import EPS
 from stickslip.numerics.zeros import halved
 
@@ -27,12 +35,11 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Labels, Map1D
 
 SETTLED: Final = CLOSE  # of the domain's width: a recurrence this close proposes a period ...
-RECURRING: Final = 0.02  # ... and so close on a slow approach, which has as much of its way left
+RECURRING: Final = ON_THE_WAY  # ... and so close on a slow approach
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
 TRIES: Final = 3  # passages tried for each period of these
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * EPS
-MAX_TURNS: Final = 256
 LOOKED_AT: Final = 1024  # points on the way to an end of the domain
 
 
@@ -184,7 +191,7 @@ def attracts(f: Map1D, cycle: Cycle) -> bool:
 
 def turns_that_tell(cycle: Cycle) -> int:
     """Return the turns that bring a captured orbit much closer to a stable cycle than a twin is."""
-    return min(int(np.ceil(np.log(CLOSE) / np.log(share_left(cycle)))), MAX_TURNS)
+    return min(int(np.ceil(np.log(CLOSE) / np.log(share_left(cycle)))), BLOCK)
 
 
 def share_left(cycle: Cycle) -> float:

@@ -21,6 +21,7 @@ from typing import (
 import numpy as np
 
 from stickslip.analysis.bifurcations.outcome import Outcome, disagreement
+from stickslip.analysis.scales import LISTED
 from stickslip.checks import one_of
 from stickslip.results.parts import part
 from stickslip.results.result import Result, ResultList
@@ -52,7 +53,6 @@ BifurcationKind: TypeAlias = Literal[
 BIFURCATION_KINDS: Final[tuple[str, ...]] = get_args(BifurcationKind)
 
 OUTSIDE: Final = "outside the question"  # reasons that begin so leave nothing open
-LISTED: Final = 8  # points in a bifurcation's repr
 POINTS_SHOWN: Final = 2  # of an orbit, in a line of a table
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from stickslip.analysis.scales import LISTED
 from stickslip.checks import finite_number
 from stickslip.results.parts import part
 from stickslip.results.result import Result
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats
 
 
-SHOWN: Final = 8  # rows of a curve in its repr
 POINTS_SHOWN: Final = 4  # of a solution, in a line of it
 
 
@@ -395,7 +395,7 @@ class Curve(Result):
             + (f"  {number:>14s}" if self.multipliers.size else "")
             + "  points",
         ]
-        for row in sorted({round(k) for k in np.linspace(0, len(self) - 1, SHOWN)}):
+        for row in sorted({round(k) for k in np.linspace(0, len(self) - 1, LISTED)}):
             text = "".join(f"  {values[row]:18.14g}" for values in self.parameters.values())
             if self.multipliers.size:
                 leading = np.atleast_1d(self.multipliers[row])[0]

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 MAX_STEP: Final = 1 / 32  # of the range
 MAX_POINTS: Final = 2000  # to either side
 CLOSES: Final = 0.1  # of a step: this close to the curve the start is met again
-CLOSED_AFTER: Final = 4  # rows: the start is not met again before
-SAME_WAY: Final = 0.7  # cosine
+AHEAD: Final = 0.5  # cosine: what a curve meets in the direction of travel
 JUMP: Final = 0.1  # of a test function, at what seems its zero: there it jumps instead
 
 
@@ -193,8 +192,7 @@ class Follower:
                 if ended.reason == "end of range":
                     return self.end(ended.last, ended.reason)
                 return self.stopped(ended, half)
-            early = len(half.rows) < CLOSED_AFTER
-            closing = None if early else self._closing(here, new, goals)
+            closing = self._closing(here, new, goals)
             for share, passed in self.pending:
                 if closing is not None and share > closing[0]:
                     break
@@ -325,7 +323,7 @@ class Follower:
                 float(np.linalg.norm(way / self.curve.scale))
                 for way in (image.y - here.y - share * step, step)
             )
-            same_way = float(image.tangent @ new.tangent) > SAME_WAY
+            same_way = float(image.tangent @ new.tangent) > AHEAD
             if 0 < share <= 1 and aside <= CLOSES * length and same_way:
                 return share, image
         return None

@@ -17,6 +17,7 @@ from stickslip.analysis.continuation.borders import (
 )
 from stickslip.analysis.continuation.curve import Curve, CurveEnd, Problem, between
 from stickslip.analysis.continuation.follower import (
+    AHEAD,
     MAX_POINTS,
     MAX_STEP,
     Follower,
@@ -68,7 +69,6 @@ if TYPE_CHECKING:
 
 BENDS: Final = 0.5  # a slope changes at most so much per step, beside 1 + abs(slope) ...
 BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
-AHEAD: Final = 0.5  # cosine: the end of a curve lies in the direction of travel
 # A border is approached by halving steps that cross it, down to little more than the error of a
 # point; then a little further on the way the cause is seen.
 SMALLEST: Final = 2 * SAME

@@ -39,7 +39,7 @@ from stickslip.analysis.scales import FINE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, flag, shown, whole_number
 from stickslip.checks import grid as grid_values
-from stickslip.numerics.processes import in_processes
+from stickslip.numerics.processes import MOST, in_processes
 from stickslip.numerics.waiting import waits
 from stickslip.vocabulary import suggests
 
@@ -56,7 +56,6 @@ if TYPE_CHECKING:
 ITERATES: Final = 64
 SPREAD: Final = 16  # starting points, besides critical ones, at the values next to these lists
 HANDED: Final = 4  # of R^n: starts at each value, beside those handed on
-PARTIES: Final = 16  # of stretches that go side by side: fewer would leave cores without one
 AT_LEAST: Final = 64  # values that an interrupted call is content with
 
 
@@ -204,7 +203,7 @@ def diagram_of(
         critical = _critical_points(values, breaks, anchors) if attractors else None
         near_lists = np.searchsorted(values, [node.q for node in anchors])
         chunks = list(_chunks(maps, values, critical, near_lists))
-        size = max(1, len(chunks) // PARTIES)
+        size = max(1, len(chunks) // MOST)  # fewer parties would leave cores without one
         parties = [chunks[k : k + size] for k in range(0, len(chunks), size)]
         task = partial_of(_on_line, sampled, iterates)
         several = in_processes(task, parties, work.part(0.5, 1.0).tell)

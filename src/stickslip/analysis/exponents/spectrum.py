@@ -12,7 +12,7 @@ from stickslip.analysis.exponents.blocking import blocking_error, settled_period
 from stickslip.analysis.maps.arguments import check_values, space_family, space_map, space_points
 from stickslip.analysis.maps.protocol import lengths, measured, orbits
 from stickslip.analysis.orbits.orbits_nd import multipliers_of
-from stickslip.analysis.scales import FINE, ORBIT_NOISE
+from stickslip.analysis.scales import BLOCK, FINE, ORBIT_NOISE
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_STEPS, shown, whole_number
 from stickslip.checks import grid as grid_values
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import FamilyND, Floats, MapND, Modelled
 
-CHUNK: Final = 1 << 9  # steps from one word of progress to the next
 ALIGNING: Final = 100  # last steps of a transient, in which the frame turns to where it belongs
 
 
@@ -176,13 +175,13 @@ def _growth(
     image, growth = np.empty((k, d)), np.empty((total, k))
     unit = lengths(f)
     size = float(np.abs(x / unit).max())  # a cycle at 0 recurs within what the orbit has been
-    for start in range(0, skip - aligning, CHUNK):
-        steps = min(CHUNK, skip - aligning - start)
+    for start in range(0, skip - aligning, BLOCK):
+        steps = min(BLOCK, skip - aligning - start)
         x = orbits(f, x[None], steps)[0, -1]
         tell(steps)
     points, time = [], 0.0
-    for start in range(0, total, CHUNK):
-        orbit = orbits(f, x[None], min(CHUNK, total - start))[0]
+    for start in range(0, total, BLOCK):
+        orbit = orbits(f, x[None], min(BLOCK, total - start))[0]
         x = orbit[-1]
         points.append(orbit[:-1])
         if not np.isfinite(orbit).all():
@@ -190,7 +189,7 @@ def _growth(
             break
         values = f.evaluate(orbit[:-1])
         jacobians = np.ascontiguousarray(measured(values.derivative, unit))
-        carry_frame(jacobians, frame, image, growth[start : start + CHUNK])
+        carry_frame(jacobians, frame, image, growth[start : start + BLOCK])
         lasting: Any = getattr(f, "period", np.nan)
         if getattr(f, "whole_duration", False):
             lasting = getattr(values, "duration", np.nan)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Floats
 
-SHORTEST: Final = 100
-LAGS: Final = 10  # displacements over a tenth of the series
+LAGS: Final = 10  # displacements over a tenth of the series ...
+SHORTEST: Final = LAGS**2  # ... and as many of them at least
 
 
 @dataclass(frozen=True, eq=False, repr=False)

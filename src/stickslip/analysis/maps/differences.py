@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from stickslip.analysis.scales import HALF_DIGITS
+from stickslip.analysis.scales import HALF_DIGITS, ORBIT_NOISE
 from stickslip.numerics.arrays import EPS, GOLDEN
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ FIRST_STEP: Final = 1 / 64  # of the scale
 # on a wrong slope: the square of the golden ratio is far from all such fractions.
 SHORTER: Final = 1.0 - GOLDEN
 SIGNIFICANT: Final = 8  # bits of a step: a point and its neighbours differ by just the step
-N_STEPS: Final = 21  # down to 1e-10 of the scale, for points close to a singularity
+N_STEPS: Final = 2 + int(math.log(ORBIT_NOISE / FIRST_STEP, SHORTER))  # of steps, down to that
 APPROACH: Final = 0.7  # sides differ by f'' h: smaller with the step
 NOISE: Final = 32.0  # roundings of the value in a difference that may be noise
 ORDER: Final = 4  # columns of the extrapolation table

@@ -32,7 +32,6 @@ ORBITS: Final = 3  # seeds to one that is an orbit
 POOL: Final = (64, 128)  # points spread over the domain that seeds are made of
 EARLY: Final = 4  # iterates of each, itself included
 LATE: Final = (32, 36)  # and those near attractors
-PARTS: Final = 16  # of a table of distances, to save memory
 SAME: Final = 1e-8  # of lengths and an orbit's size: points of one orbit, from different seeds
 
 
@@ -341,9 +340,8 @@ class _Pool:
 
     def _nearest(self, rows: Indices) -> Indices:
         """All points from the nearest to the image of one to the farthest, a row for each."""
-        parts = np.array_split(self.images[rows], PARTS)
-        far = (apart(self.f, part[:, None], self.points) / self.width for part in parts)
-        return np.concatenate([np.abs(d).max(axis=-1).argsort(axis=1) for d in far])
+        far = (apart(self.f, image, self.points) / self.width for image in self.images[rows])
+        return np.array([np.abs(d).max(axis=-1).argsort() for d in far])
 
 
 class _Census:

@@ -23,7 +23,7 @@ from stickslip.analysis.attractors.in_space.fates import (
 )
 from stickslip.analysis.interpolation.interpolated import stand_in
 from stickslip.analysis.maps.protocol import advance, apart, clip_to_domain, reduced
-from stickslip.analysis.scales import BLOCK, FEW, IN_A_ROW, SAMPLE
+from stickslip.analysis.scales import BLOCK, FEW, IN_A_ROW, ROUNDS, SAMPLE
 from stickslip.analysis.work import Work
 from stickslip.numerics.waiting import doing
 from stickslip.numerics.zeros import halved
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     Indices = NDArray[np.integer[Any]]
 
-ROUNDS: Final = 64  # of displacements that are tried, at most
 HALVINGS: Final = 40  # of the way across a boundary
 
 

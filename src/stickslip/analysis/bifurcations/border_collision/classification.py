@@ -6,7 +6,7 @@ Side: -1 left of the border c, 1 right. Direction: sign of the change of f^p(c) 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,14 +28,13 @@ from stickslip.analysis.bifurcations.outcome import (
     OrbitOutcome,
     Outcome,
 )
+from stickslip.analysis.scales import ON_THE_WAY
 
 if TYPE_CHECKING:
     from stickslip.analysis.attractors.attractor import Attractor
     from stickslip.analysis.bifurcations.border_collision.jump_return import FarImage
     from stickslip.analysis.maps.protocol import Floats, Map1D
     from stickslip.analysis.orbits.orbit import PeriodicOrbit
-
-MOVED: Final = 0.02  # of the window: how far an attractor may move between two parameters
 
 
 def predicted_at_corner(
@@ -197,9 +196,9 @@ def observed(
     # Bystanders, found on both sides in about the same place, do not count. ``gap``: its edge is
     # the border.
     before, after = _without_bystanders(
-        [_Seen(a, orbits_before, MOVED * width) for a in attractors_before],
-        [_Seen(a, orbits_after, MOVED * width) for a in attractors_after],
-        MOVED * width,
+        [_Seen(a, orbits_before, ON_THE_WAY * width) for a in attractors_before],
+        [_Seen(a, orbits_after, ON_THE_WAY * width) for a in attractors_after],
+        ON_THE_WAY * width,
     )
     orbits = _orbits(orbits_before, orbits_after, period, gap)
     text = f"{_counts(orbits_before)} before, {_counts(orbits_after)} after"

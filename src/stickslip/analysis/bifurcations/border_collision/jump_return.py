@@ -6,6 +6,7 @@ Past the collision by mu, f^p beside the jump is u -> a u + mu, and the way back
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 OneSided: TypeAlias = "Breakpoint | CriticalReading"
 Fate = Literal["returns", "settles", "leaves", "wanders"]
 
-LEAST: Final = 1e-150  # contraction that is divided out at most: more of it leaves no number
+# Contraction that is divided out at most: more of it leaves no number.
+LEAST: Final = math.sqrt(sys.float_info.min)
 AS_PREDICTED: Final = 0.02  # relative: the contraction beside the border against a
 NONE: Final = (math.nan, math.nan)
 

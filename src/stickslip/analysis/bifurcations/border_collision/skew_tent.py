@@ -13,8 +13,8 @@ import math
 from typing import Final
 
 from stickslip.analysis.bifurcations.outcome import LocalAttractor
+from stickslip.checks import MOST_KEPT
 
-LONGEST: Final = 1_000_000  # steps of the corner's orbit on the left branch
 NONE: Final = LocalAttractor("none")
 UNDECIDED: Final = LocalAttractor("undecided")
 
@@ -68,7 +68,7 @@ def _steps_to_return(a: float, b: float) -> int:
         if c > 0.0:
             return n
         n += 1
-        if c == 0.0 or n > LONGEST:
+        if c == 0.0 or n > MOST_KEPT:
             return 0
 
 

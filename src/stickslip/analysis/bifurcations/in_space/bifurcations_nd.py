@@ -24,7 +24,7 @@ from stickslip.analysis.bifurcations.outcome import AttractorOutcome, OrbitOutco
 from stickslip.analysis.continuation.continuation import follow_orbit
 from stickslip.analysis.maps.protocol import apart, lengths, orbits, reduced, widths
 from stickslip.analysis.orbits.orbits_nd import distinct_orbits, same_points, search_orbits
-from stickslip.analysis.scales import FINE, ON_CURVE, PASSING
+from stickslip.analysis.scales import FINE, ON_CURVE, PASSING, ROUNDS
 from stickslip.analysis.work import Work
 from stickslip.checks import MOST_KEPT, whole_number
 from stickslip.numerics.processes import in_processes
@@ -44,7 +44,6 @@ NEAR: Final = 1e-2  # ... this share of it, or ...
 REACH: Final = 4.0  # ... this times the root of the share of the range
 NARROW: Final = 2e-4  # of the range: a change of the attractors so well bracketed is listed
 LOOKING: Final = 24  # starts of each look at the attractors
-MOST_LOOKS: Final = 64  # beside those on the grid and at events
 KINDS: Final[dict[str, str]] = {
     "breakpoint": "border_collision",
     "gap": "enters_gap",
@@ -455,7 +454,7 @@ class _Looks:
         self, tell: Callable[[float], None]
     ) -> tuple[list[Bifurcation], list[UnresolvedChange], list[UnresolvedChange]]:
         """Bisect the changes that nothing located explains; those too many stay unresolved."""
-        narrow, left, asked = NARROW * self.survey.width, MOST_LOOKS, set[float]()
+        narrow, left, asked = NARROW * self.survey.width, ROUNDS, set[float]()
         while True:
             found, outside = accounted(
                 self.known.values(), self.survey.values.tolist(), self.survey.max_period
