@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from stickslip.analysis.maps.protocol import Bools, Floats, Map1D
 
 APART: Final = RESOLUTION  # of the domain's width: closer bands are one; no table knows better
-MAX_STEPS: Final = 2000  # from then on
-AHEAD: Final = 64  # images of an interval that are looked at together
+MAX_STEPS: Final = 2000  # images of the whole, until it stays as it is
+AHEAD: Final = 64  # images that are looked at together, or before another interval is tried
 MAX_INTERVALS: Final = 2048
 LONGEST: Final = 128  # period that is recognised: costs next to nothing
 GROWING: Final = f"an interval of the orbit was still growing after {MAX_STEPS} steps"

@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 
     from stickslip.analysis.maps.protocol import Bools, Floats, Map1D, Modelled
 
-SETTLING: Final = 512  # steps in which orbits come to where they stay, or leave such a cycle
+SETTLING: Final = 512  # steps in which orbits come to where they stay, or leave what repels
 MANY: Final = 50_000  # steps from which on an interpolation of the map pays
 SAMPLES: Final = 1 << 15  # slopes evaluated together, averaged for an exponent, and searched for
 # cycles, from all orbits at first, from each at last
-GROWTH: Final = 4  # factor from one sample to the next, until the exponent's sign is clear
+GROWTH: Final = 4  # factor from one look at an orbit to the next, until it is clear
 SIGMAS: Final = 5  # error bars by which the exponent of chaos must exceed zero
 CLEAR: Final = 2 * SIGMAS  # ... and by which it is then away from zero
 TENTHS: Final = np.array([1, 2, 4, 6])  # of the longer ones that are shorter yet

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 SETTLED: Final = CLOSE  # of the domain's width: a recurrence this close proposes a period ...
 RECURRING: Final = ON_THE_WAY  # ... and so close on a slow approach
 NEUTRAL: Final = 1e-5  # multipliers this close to the unit circle decide nothing
-TRIES: Final = 3  # passages tried for each period of these
+TRIES: Final = 3  # passages near a hidden cycle that are tried for each period
 TRUST_RADIUS: Final = 4.0  # times what a cycle may have moved: steps on the way to it stay within
 ROUNDING: Final = 64 * EPS
 LOOKED_AT: Final = 1024  # points on the way to an end of the domain
@@ -232,7 +232,8 @@ def neutral_family(f: Map1D, cycle: Cycle) -> tuple[int, Floats] | None:
         same = (sample(f, orbits[:, :-1]).label == word).all(axis=1)
         return np.asarray(same & (np.abs(orbits[:, -1] - x) <= scale))
 
-    # Most neutral cycles are alone: two points tell, where a family would hold one of them.
+    # Most neutral cycles are alone: two points tell, where a family would hold one of them. Beside
+    # a cycle that is alone rounding hides less than that.
     beside = cycle.points[0] + 0.5 * NEARBY * (high - low) * np.array([-1.0, 1.0])
     if not stay(np.clip(beside, low, high)).any():
         return None

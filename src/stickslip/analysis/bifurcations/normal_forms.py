@@ -119,6 +119,7 @@ def crossing_coefficients(
         # g' = 1, so that g''' = S g + 3/2 (g'')^2 with the Schwarzian derivative S.
         schwarzian, doubt = _schwarzian(slope, second, third)
         cubic, doubt = schwarzian + 1.5 * curvature**2, doubt + 3 * abs(curvature) * error
+    # A curvature that so small a shift makes is none.
     error += HALF_DIGITS * abs(cubic) * domain_width(f)
     return CrossingCoefficients(curvature, error, cubic, doubt, mixed, discriminant)
 

@@ -74,7 +74,7 @@ BENDS_UNLABELLED: Final = 0.05  # ... and where no label would tell of a corner
 SMALLEST: Final = 2 * SAME
 PROBES: Final = (2e-11, 2e-10, 2e-9, 2e-8)
 BEYOND: Final = (1e-5, 1e-7)  # scaled ways past a border at which the two sides are compared
-JUMPS: Final = 0.5  # ... if it does not shrink with the way as that of a root-like corner does
+JUMPS: Final = 0.5  # a jump shrinks less with the way than values do at a root-like corner
 REASONS: Final[dict[str, Any]] = {"jump": "breakpoint", "corner": "breakpoint", "edge": "gap"}
 
 

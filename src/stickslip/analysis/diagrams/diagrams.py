@@ -279,7 +279,7 @@ def _missing(values: Floats, orbits: Sequence[OrbitCurve]) -> tuple[str, ...]:
     texts = []
     for orbit in orbits:
         low, high = (end.value for end in orbit.ends)
-        slack = FINE * (values[-1] - values[0])
+        slack = FINE * (values[-1] - values[0])  # so close to its end there may be no orbit
         absent = (values > low + slack) & (values < high - slack) & ~orbit.exists
         if absent.any():
             where = ", ".join(f"{value:.12g}" for value in values[absent][:3])

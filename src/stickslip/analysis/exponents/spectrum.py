@@ -236,6 +236,7 @@ def kaplan_yorke(values: Floats, logs: Floats) -> tuple[float, float]:
     finite = int(np.isfinite(sums).sum())
     # A volume that shrinks by no more than its error does not shrink: that of a flow's direction.
     errors = [blocking_error(logs[:, : k + 1].sum(axis=1)) for k in range(finite)]
+    # Exponents so small are rounding, of products over a cycle.
     full = int(np.count_nonzero(sums[:finite] >= -FINE - np.array(errors)))
     if full == len(values) or np.isneginf(values[full]):
         return float(full), 0.0

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stickslip.analysis.attractors.in_space.fates import Labels
     from stickslip.analysis.work import Work
 
-LONGER: Final = 10  # median times of settling by which they are
+LONGER: Final = 10  # median times of settling by which some starts are followed further
 BLOCKS: Final = 4  # parts of a picture in each direction, whose dimensions are compared
 
 

@@ -238,7 +238,7 @@ class BorderEquations(PlaneOrbit):
             here = [distance if g is None else self._distance(g, x[None])[0] for g in pair]
             count = sum(g is not None for g in pair)
             row[k - 2] = (here[0] - here[1]) / (count * DIFFERENCE * self.widths[k])
-        inside = points.copy()
+        inside = points.copy()  # the map is read just inside
         inside[self.index] += min(distance - FINE, 0.0) * self.way
         residual, jacobian, note = self.orbit(f, inside, s)
         shift = ((points - inside) / self.unit).ravel()
